@@ -1,0 +1,20 @@
+#!/bin/sh
+# Install Debian packages where that is allowed, else print the one command that does it.
+#
+#   .ci/apt.sh PACKAGE ...
+command="apt-get install --yes --no-install-recommends $*"
+if ! command -v apt-get >/dev/null; then
+    echo "Please install what Debian calls: $*" >&2
+    exit 1
+elif [ "$(id -u)" = 0 ]; then
+    as_root=
+elif sudo -n true 2>/dev/null; then
+    as_root="sudo -n"
+else
+    echo "Please run this once: sudo $command" >&2
+    exit 1
+fi
+echo "Installing with apt: $*"
+export DEBIAN_FRONTEND=noninteractive
+# The package lists of a fresh machine are empty or stale, so they are renewed first.
+$as_root apt-get update --quiet --quiet && $as_root $command --quiet --quiet
