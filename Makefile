@@ -1,7 +1,11 @@
 # AccelScope: `make demo` and `make test` do all the set-up on a Debian machine that has
 # Python 3.11 or 3.13, git and make. Nothing is left outside the checkout but caches.
-SHELL := /bin/sh
+#
+# Variables: PYTHON, the interpreter for .venv (otherwise 3.13 if there is one that runs, else
+# 3.11); PYTEST, options for pytest, such as PYTEST="-k grid -x".
 .DEFAULT_GOAL := help
+# What a target needs is made in the order in which it is named.
+.NOTPARALLEL:
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -9,12 +13,13 @@ INSTALLED := $(VENV)/installed
 
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-# One line to say what comes next, visible between the output of the tools.
+# One line to say what comes next, easy to find between the output of the tools.
 say = @printf '\n==> %s\n' "$(1)"
 
 .PHONY: help
 help: ## Show this list
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' $(MAKEFILE_LIST) | column -t -s '|'
+	@sed -n 's/^\([a-z-]*\):.*## /\1|/p' $(MAKEFILE_LIST) | \
+		while IFS='|' read -r target text; do printf 'make %-18s %s\n' "$$target" "$$text"; done
 
 .PHONY: venv
 venv: $(INSTALLED) ## Make .venv with everything the other targets need
@@ -23,3 +28,66 @@ $(INSTALLED): pyproject.toml
 	$(call say,Setting up $(VENV))
 	@.ci/venv.sh $(VENV) "3.13 3.11" --editable ".[dev,blender]"
 	@touch $@
+
+.PHONY: system-libraries
+system-libraries:
+	@.ci/system_libraries.sh
+
+.PHONY: demo
+demo: venv system-libraries ## Evaluate the sample scenes with all structures into build/demo
+	$(call say,Evaluating the sample scenes)
+	@$(BIN)/python -m accelscope.sample_scenes.demo --output build/demo
+
+.PHONY: test
+test: lint types pytest ## Check format, lint and types, and run all tests
+
+.PHONY: lint
+lint: venv
+	$(call say,Format)
+	@$(BIN)/ruff format --check .
+	$(call say,Lint)
+	@$(BIN)/ruff check .
+
+# mypy has to meet the packages as accelscope.*, whatever the checkout is called. Links to the
+# packages, not to the checkout, so that it does not find build/types in there once more.
+.PHONY: types
+types: venv
+	$(call say,Types)
+	@rm -rf build/types && mkdir -p build/types/accelscope
+	@for part in __init__.py addon core operators panels sample_scenes; do \
+		ln -s "../../../$$part" "build/types/accelscope/$$part"; done
+	@$(BIN)/mypy
+
+.PHONY: pytest
+pytest: venv system-libraries
+	$(call say,Tests)
+	@$(BIN)/pytest $(PYTEST)
+
+.PHONY: test-window
+test-window: venv system-libraries ## Click through the extension in a real Blender window (Xvfb)
+	$(call say,Tests in a Blender window)
+	@$(BIN)/pytest -m window $(PYTEST)
+
+.PHONY: test-blender-all
+test-blender-all: system-libraries ## Run the Blender tests against Blender 4.5, 5.0, 5.1 and 5.2
+	@.ci/test_blender_all.sh
+
+.PHONY: bench
+bench: venv system-libraries ## Measure speed beside Embree, Blender's BVHTree and trimesh
+	$(call say,Benchmark)
+	@$(BIN)/python tests/bench/bench.py
+
+.PHONY: extension
+extension: venv system-libraries ## Build the zips for Blender into build/extension
+	$(call say,Building the extension)
+	@$(BIN)/python .ci/build_extension.py
+
+.PHONY: format
+format: venv ## Format the sources and repair what ruff can repair
+	@$(BIN)/ruff check --fix --quiet . || true
+	@$(BIN)/ruff format .
+
+.PHONY: clean
+clean: ## Remove everything that make has made in the checkout, .venv too
+	rm -rf build dist *.egg-info .venv .venv-* .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
