@@ -15,7 +15,7 @@ while read -r blender next python; do
         continue
     fi
     folder=.venv-blender-$blender
-    .ci/venv.sh "$folder" "$python" --editable ".[test,speed,files,reference]" \
+    .ci/venv.sh "$folder" "$python" --editable ".[extension,test]" \
         "bpy>=$blender,<$next" </dev/null || exit 1
     # A handler left behind makes Blender 4.5 hang when Python exits.
     if timeout 1800 "$folder/bin/pytest" -m bpy --basetemp "build/pytest-$blender" </dev/null; then

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Install a zip into the Blender this runs in, switch it off and on, and tell what happened.
+
+    python in_clean_blender.py ZIP REPORT.json
+
+Run by test_extension.py in an environment that holds nothing but Blender.
+"""
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+
+import bpy
+
+MODULE = "bl_ext.user_default.accelscope"
+
+
+def registered() -> set[str]:
+    """Return the names of all that an add-on can leave behind in Blender."""
+    names = {f"type {name}" for name in dir(bpy.types)}
+    names |= {f"operator {name}" for name in dir(bpy.ops.accelscope)}
+    names |= {f"scene property {p.identifier}" for p in bpy.types.Scene.bl_rna.properties}
+    for event in dir(bpy.app.handlers):
+        listed = getattr(bpy.app.handlers, event)
+        if isinstance(listed, list):
+            names |= {f"handler {event}: {function.__module__}" for function in listed}
+    return names
+
+
+def where(module: str) -> str | None:
+    """Return the file of a module, without importing it, or None."""
+    spec = importlib.util.find_spec(module)
+    return spec.origin if spec else None
+
+
+def main() -> None:
+    """Do it all and write the report."""
+    zip_path, report_path = sys.argv[1:]
+    before = registered()
+    bpy.ops.extensions.package_install_files(
+        filepath=zip_path, repo="user_default", enable_on_install=True
+    )
+    report: dict[str, object] = {
+        "python": sys.version_info[:2],
+        "numpy": where("numpy"),
+        "wheels": {m: where(m) for m in ("numba", "llvmlite", "embreex", "trimesh")},
+        "enabled": MODULE in bpy.context.preferences.addons,
+        "operators": sorted(dir(bpy.ops.accelscope)),
+        "imported": sorted({"numba", "embreex", "trimesh"} & set(sys.modules)),
+    }
+
+    added = registered() - before
+    leftovers: list[str] = []
+    for _ in range(2):
+        bpy.ops.preferences.addon_disable(module=MODULE)
+        leftovers += sorted(registered() - before)
+        bpy.ops.preferences.addon_enable(module=MODULE)
+        leftovers += sorted(registered() ^ before ^ added)
+    report["leftovers"] = leftovers
+
+    # A handler that is still there when Python exits can hang Blender 4.5.
+    bpy.ops.preferences.addon_disable(module=MODULE)
+    Path(report_path).write_text(json.dumps(report), encoding="utf-8")
+
+
+main()

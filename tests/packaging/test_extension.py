@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The zips: what is in them, and what they do in a Blender that has nothing else."""
+
+import importlib.metadata
+import importlib.util
+import json
+import os
+import subprocess
+import sysconfig
+import tomllib
+import venv
+import zipfile
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from packaging.requirements import Requirement
+
+pytestmark = pytest.mark.packaging
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
+
+
+@pytest.fixture(scope="session")
+def build_extension() -> ModuleType:
+    """Return the build script as a module."""
+    pytest.importorskip("bpy", reason="the build needs Blender's own extension tool")
+    path = ROOT / ".ci" / "build_extension.py"
+    spec = importlib.util.spec_from_file_location("build_extension", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def zips(build_extension: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Return the lite zip and the one for Linux, built and validated with Blender's tool."""
+    lite, linux = build_extension.build(tmp_path_factory.mktemp("extension"), ["linux-x64"])
+    return {"lite": lite, "linux": linux}
+
+
+@pytest.fixture(scope="session")
+def clean_blender(build_extension: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a Python whose environment holds bpy and what bpy itself asks for, nothing else.
+
+    Without it the wheels of the zip would be hidden by those of the development environment.
+    """
+    folder = tmp_path_factory.mktemp("clean") / "venv"
+    venv.create(folder, with_pip=False)
+    scheme = {"base": str(folder), "platbase": str(folder)}
+    target = Path(sysconfig.get_path("purelib", "venv", vars=scheme))
+    wanted, seen = ["bpy"], set()
+    while wanted:
+        name = wanted.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        distribution = importlib.metadata.distribution(name)
+        for line in distribution.requires or []:
+            requirement = Requirement(line)
+            if not requirement.marker or requirement.marker.evaluate({"extra": ""}):
+                wanted.append(requirement.name)
+        # Links, because a copy of bpy takes 1 GB.
+        for top in {file.parts[0] for file in distribution.files or []} - {"..", "__pycache__"}:
+            if not (target / top).exists():
+                (target / top).symlink_to(distribution.locate_file(top))
+    return folder / "bin" / "python"
+
+
+def names_in(path: Path) -> list[str]:
+    """Return the names of the files in a zip."""
+    with zipfile.ZipFile(path) as archive:
+        return archive.namelist()
+
+
+def test_zip_holds_all_modules_and_nothing_of_development(zips: dict[str, Path]) -> None:
+    floors = ("addon", "core", "operators", "panels", "sample_scenes")
+    modules = {str(p.relative_to(ROOT)) for f in floors for p in (ROOT / f).rglob("*.py")}
+    data = {str(p.relative_to(ROOT)) for p in (ROOT / "sample_scenes" / "data").glob("*")}
+    for path in zips.values():
+        names = set(names_in(path))
+        tops = {name.split("/")[0] for name in names}
+        assert modules | data <= names
+        assert {"__init__.py", "blender_manifest.toml", "LICENSE"} <= names
+        assert not tops & {"tests", "build", "Makefile", "pyproject.toml", ".ci", ".gitignore"}
+        assert not [name for name in names if "__pycache__" in name]
+
+
+def test_lite_zip_holds_no_wheels_and_no_large_files(zips: dict[str, Path]) -> None:
+    assert not [name for name in names_in(zips["lite"]) if name.endswith(".whl")]
+    assert zips["lite"].stat().st_size < 5_000_000
+
+
+def test_full_zip_holds_every_wheel_for_every_python_but_no_numpy(zips: dict[str, Path]) -> None:
+    wheels = [Path(name).name for name in names_in(zips["linux"]) if name.endswith(".whl")]
+    for package in ("numba", "llvmlite", "embreex"):
+        tags = {wheel.split("-")[2] for wheel in wheels if wheel.startswith(f"{package}-")}
+        assert tags == {"cp311", "cp313", "cp314"}
+    assert not [wheel for wheel in wheels if wheel.startswith("numpy")]
+    with zipfile.ZipFile(zips["linux"]) as archive:
+        manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
+    assert manifest["platforms"] == ["linux-x64"]
+    assert sorted(Path(wheel).name for wheel in manifest["wheels"]) == sorted(wheels)
+
+
+def test_bundled_versions_are_those_that_the_tests_run_with(build_extension: ModuleType) -> None:
+    for name, version in build_extension.WHEELS.items():
+        assert importlib.metadata.version(name) == version
+
+
+@pytest.mark.bpy
+@pytest.mark.parametrize("kind", ["lite", "linux"])
+def test_zip_works_in_a_clean_blender(
+    kind: str, zips: dict[str, Path], clean_blender: Path, tmp_path: Path
+) -> None:
+    resources = tmp_path / "resources"
+    report_path = tmp_path / "report.json"
+    keep = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "BLENDER"))}
+    done = subprocess.run(
+        [clean_blender, HERE / "in_clean_blender.py", zips[kind], report_path],
+        cwd=tmp_path,
+        env={**keep, "BLENDER_USER_RESOURCES": str(resources)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    report = json.loads(report_path.read_text(encoding="utf-8"))
+
+    assert report["enabled"]
+    assert report["operators"]
+    assert report["leftovers"] == []
+    # Starting Blender must not wait for libraries that are used later, or never.
+    assert report["imported"] == []
+    assert str(resources) not in report["numpy"]
+    for module, file in report["wheels"].items():
+        if kind == "lite":
+            assert file is None, module
+        else:
+            assert file.startswith(str(resources / "extensions" / ".local")), module
