@@ -1,0 +1,1 @@
+"""Triangles, boxes, rays and their intersection tests."""

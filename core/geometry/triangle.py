@@ -1,0 +1,150 @@
+"""The watertight ray-triangle test of Woop, Benthin and Wald (2013).
+
+The triangle is moved so that the ray starts at the origin, then sheared so that the ray runs along
+the axis of its largest direction component. What is left is a question in the plane: does the
+triangle contain the origin? Three edge functions U, V, W answer it. An edge shared by two triangles
+gives both of them the same number with opposite signs, so no ray slips through between them.
+
+S. Woop, C. Benthin, I. Wald: Watertight Ray/Triangle Intersection, JCGT 2(1), 2013.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels import kernel
+
+NO_HIT = np.inf
+
+
+class Triangles(NamedTuple):
+    """Triangles as the kernels see them, in any order.
+
+    Attributes
+    ----------
+    corners : (n, 3, 3) float64
+    ids : (n,) int32
+        Index of each in the scene; decides ties.
+    reach : (3,) float64
+        Largest absolute coordinate of the whole scene per axis, for the slack of rays.
+    """
+
+    corners: np.ndarray
+    ids: np.ndarray
+    reach: np.ndarray
+
+
+def triangles_of(scene, order: np.ndarray | None = None) -> Triangles:
+    """Return the scene's triangles for kernels, in scene order or permuted by `order`."""
+    corners = scene.triangles
+    edges = corners[:, 1:] - corners[:, :1]
+    flat = ~np.cross(edges[:, 0], edges[:, 1]).any(axis=1)
+    if flat.any():
+        # Rounding could let a ray hit collinear corners. Drawn together to one point, all edge
+        # functions are exactly zero.
+        corners = corners.copy()
+        corners[flat] = corners[flat, :1]
+    reach = np.maximum(np.abs(scene.lower), np.abs(scene.upper))
+    if order is None:
+        return Triangles(corners, np.arange(len(scene), dtype=np.int32), reach)
+    return Triangles(corners[order], order.astype(np.int32), reach)
+
+
+@kernel
+def intersect(triangles, index, ray):
+    """Return the t at which the ray hits triangle `index`, or NO_HIT.
+
+    Edges and corners belong to the triangle; zero-area triangles are never hit.
+    """
+    corners = triangles.corners
+    # Corners relative to the origin, sheared onto the ray's axis.
+    az = corners[index, 0, ray.kz] - ray.okz
+    bz = corners[index, 1, ray.kz] - ray.okz
+    cz = corners[index, 2, ray.kz] - ray.okz
+    ax = corners[index, 0, ray.kx] - ray.okx - ray.shear_x * az
+    ay = corners[index, 0, ray.ky] - ray.oky - ray.shear_y * az
+    bx = corners[index, 1, ray.kx] - ray.okx - ray.shear_x * bz
+    by = corners[index, 1, ray.ky] - ray.oky - ray.shear_y * bz
+    cx = corners[index, 2, ray.kx] - ray.okx - ray.shear_x * cz
+    cy = corners[index, 2, ray.ky] - ray.oky - ray.shear_y * cz
+    # Edge functions: of one sign (or zero) all three, or the ray passes outside.
+    u = cx * by - cy * bx
+    v = ax * cy - ay * cx
+    w = bx * ay - by * ax
+    if (u < 0.0 or v < 0.0 or w < 0.0) and (u > 0.0 or v > 0.0 or w > 0.0):
+        return NO_HIT
+    determinant = u + v + w
+    if determinant == 0.0:
+        return NO_HIT
+    t = ray.shear_z * (u * az + v * bz + w * cz) / determinant
+    if not (t >= 0.0):
+        return NO_HIT
+    return clamp_to_own_box(corners, index, ray, t)
+
+
+@kernel
+def clamp_to_own_box(corners, index, ray, t):
+    """Move t into the slab interval of the triangle's box; NO_HIT if the ray misses that box.
+
+    For a triangle seen edge-on, t is mostly rounding error. Clamped, it lies where the triangle
+    is, and inside the interval of every box around the triangle: see "Slack" in :mod:`.rays`.
+    """
+    enter, leave = 0.0, np.inf
+    for axis in range(3):
+        p, q, r = corners[index, 0, axis], corners[index, 1, axis], corners[index, 2, axis]
+        low, high = min(p, q, r), max(p, q, r)
+        if axis == 0:
+            side, near, far, inverse = ray.side_x, ray.near_x, ray.far_x, ray.ix
+        elif axis == 1:
+            side, near, far, inverse = ray.side_y, ray.near_y, ray.far_y, ray.iy
+        else:
+            side, near, far, inverse = ray.side_z, ray.near_z, ray.far_z, ray.iz
+        if side != 0:
+            low, high = high, low
+        t_near = (low - near) * inverse
+        t_far = (high - far) * inverse
+        enter = t_near if t_near > enter else enter
+        leave = t_far if t_far < leave else leave
+    if enter > leave:
+        return NO_HIT
+    return min(max(t, enter), leave)
+
+
+@kernel
+def overlaps_box(corners, index, low, high):
+    """Say whether triangle `index` and the closed box [low, high] share a point.
+
+    Separating axis test: three face normals of the box, the triangle's normal, and the nine cross
+    products of box and triangle edges (T. Akenine-Möller: Fast 3D Triangle-Box Overlap Testing,
+    2001). Edges whose cross product vanishes separate nothing and are harmless.
+    """
+    centre = 0.5 * (low + high)
+    half = 0.5 * (high - low)
+    v = corners[index] - centre
+    for axis in range(3):
+        a, b, c = v[0, axis], v[1, axis], v[2, axis]
+        if min(a, b, c) > half[axis] or max(a, b, c) < -half[axis]:
+            return False
+    edges = np.empty((3, 3))
+    for n in range(3):
+        edges[n] = v[(n + 1) % 3] - v[n]
+    nx = edges[0, 1] * edges[1, 2] - edges[0, 2] * edges[1, 1]
+    ny = edges[0, 2] * edges[1, 0] - edges[0, 0] * edges[1, 2]
+    nz = edges[0, 0] * edges[1, 1] - edges[0, 1] * edges[1, 0]
+    distance = nx * v[0, 0] + ny * v[0, 1] + nz * v[0, 2]
+    if abs(distance) > half[0] * abs(nx) + half[1] * abs(ny) + half[2] * abs(nz):
+        return False
+    for n in range(3):
+        for axis in range(3):
+            # The axis of separation is unit vector `axis` x edge n: (0, -e_r, e_q) cyclically.
+            q, r = (axis + 1) % 3, (axis + 2) % 3
+            e_q, e_r = edges[n, q], edges[n, r]
+            a = v[0, r] * e_q - v[0, q] * e_r
+            b = v[1, r] * e_q - v[1, q] * e_r
+            c = v[2, r] * e_q - v[2, q] * e_r
+            reach = half[q] * abs(e_r) + half[r] * abs(e_q)
+            if min(a, b, c) > reach or max(a, b, c) < -reach:
+                return False
+    return True

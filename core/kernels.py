@@ -1,0 +1,161 @@
+"""Kernels: scalar loops compiled by Numba, or run as plain Python where there is no Numba.
+
+Every loop of the subject is written once, as pseudo-code a student can read, and decorated with
+:func:`kernel`. A *dispatched* kernel has one implementation per type of its first argument, so one
+driver serves every structure (:func:`dispatched`, :func:`implements`).
+
+Rules, with their reasons:
+
+- float64, no fastmath and no contraction: they change counters and hit ids.
+- No ``parallel=True``: threads are ours (:mod:`.parallel`), Numba's would meet Blender's.
+- Numba's cache does not notice a changed callee in another file, so the cache directory's name
+  carries a hash of all of core's sources and of Numba's version.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.util
+import os
+import pickle
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+HAS_NUMBA = importlib.util.find_spec("numba") is not None
+"""Whether kernels are compiled; the interface says so when they are not."""
+
+_cache_root: Path | None = None
+_cache_prepared = False
+_compiled: set[str] = set()
+
+
+def set_cache_root(directory: str | os.PathLike[str]) -> None:
+    """Choose where compiled kernels are kept; call it before any structure is imported."""
+    global _cache_root
+    _cache_root = Path(directory)
+
+
+def kernel(function: Callable) -> Callable:
+    """Compile a scalar loop with Numba; return it unchanged where there is no Numba."""
+    if not HAS_NUMBA:
+        return function
+    import numba
+
+    return numba.njit(nogil=True, cache=_prepare_cache(), error_model="numpy")(function)
+
+
+def dispatched(function: Callable) -> Callable:
+    """Declare a kernel with one implementation per type of its first argument.
+
+    The decorated function states the signature and the contract; it is never run.
+    """
+    return functools.singledispatch(function)
+
+
+def implements(declared: Any, record: type) -> Callable[[Callable], Callable]:
+    """Register an implementation of a dispatched kernel for one NamedTuple type.
+
+    Parameters
+    ----------
+    declared : dispatched kernel
+    record : NamedTuple class
+        The type of the first argument this implementation is for.
+    """
+
+    def register(function: Callable) -> Callable:
+        declared.register(record)(function)
+        if HAS_NUMBA:
+            from numba import types
+            from numba.extending import overload
+
+            def choose(first: Any, *others: Any) -> Callable | None:
+                is_ours = isinstance(first, types.BaseNamedTuple) and first.instance_class is record
+                return function if is_ours else None
+
+            overload(declared, strict=False, jit_options={"error_model": "numpy"})(choose)
+        return function
+
+    return register
+
+
+def call(function: Callable, *arguments: Any) -> Any:
+    """Call a compiled kernel from Python; a damaged cache file is thrown away and made anew."""
+    try:
+        return function(*arguments)
+    except (EOFError, pickle.UnpicklingError, AttributeError, IndexError, KeyError) as error:
+        if not HAS_NUMBA or "numba" not in _raised_in(error):
+            raise
+        shutil.rmtree(cache_directory(), ignore_errors=True)
+        return function(*arguments)
+
+
+def _raised_in(error: BaseException) -> str:
+    """Return the name of the module that raised `error`."""
+    trace = error.__traceback__
+    while trace and trace.tb_next:
+        trace = trace.tb_next
+    return trace.tb_frame.f_globals.get("__name__", "") if trace else ""
+
+
+def cache_directory() -> Path:
+    """Return the directory of compiled kernels for this very version of the sources."""
+    if _cache_root is not None:
+        root = _cache_root
+    else:
+        import platformdirs
+
+        root = Path(platformdirs.user_cache_dir("accelscope")) / "kernels"
+    return root / _fingerprint()
+
+
+@functools.cache
+def _fingerprint() -> str:
+    """Return a hash over Python's and Numba's version and all sources of the core."""
+    import numba
+
+    digest = hashlib.sha256(f"{sys.version} {numba.__version__}".encode())
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _prepare_cache() -> bool:
+    """Point Numba at our cache directory; False where no writable place exists."""
+    global _cache_prepared
+    import numba
+
+    directory = cache_directory()
+    if not _cache_prepared:
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            for old in directory.parent.iterdir():
+                if old != directory and _unused_for_a_month(old):
+                    shutil.rmtree(old, ignore_errors=True)
+        except OSError:
+            return False
+        numba.config.CACHE_DIR = str(directory)
+        _cache_prepared = True
+    return os.access(directory, os.W_OK)
+
+
+def _unused_for_a_month(directory: Path) -> bool:
+    """Say whether a cache of another version has not been touched for thirty days."""
+    import time
+
+    return time.time() - directory.stat().st_mtime > 30 * 86400.0
+
+
+def is_warm(name: str) -> bool:
+    """Say whether :func:`mark_warm` was called for `name`, in this process or an earlier one."""
+    return not HAS_NUMBA or name in _compiled or (cache_directory() / f"{name}.warm").exists()
+
+
+def mark_warm(name: str) -> None:
+    """Remember that the kernels of `name` are compiled, so that nobody announces a wait again."""
+    _compiled.add(name)
+    if HAS_NUMBA and _cache_prepared:
+        (cache_directory() / f"{name}.warm").touch()

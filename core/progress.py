@@ -1,0 +1,60 @@
+"""Progress and cancellation of long work, the same for panel, command line and tests."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+
+class Cancelled(Exception):
+    """The user stopped the work; the previous result stays."""
+
+
+class Progress:
+    """Receives how far the work is; silent. Subclasses show it or cancel.
+
+    Long work calls :meth:`report` a few times per second.
+    """
+
+    def report(self, done: float, total: float, text: str) -> None:
+        """Take note that `done` of `total` units of the work called `text` are finished.
+
+        Raises
+        ------
+        Cancelled
+            When the work is to stop.
+        """
+
+
+class TerminalProgress(Progress):
+    """A progress bar on the terminal, shown once the work has taken two seconds.
+
+    Our own few lines, because Blender's Python carries no progress library.
+    """
+
+    DELAY = 2.0  # seconds
+
+    def __init__(self) -> None:
+        self._text = ""
+        self._started = time.perf_counter()
+        self._drawn = 0.0
+        self._visible = sys.stderr.isatty()
+
+    def report(self, done: float, total: float, text: str) -> None:
+        """Draw the bar, at most ten times a second; wipe it when the work is finished."""
+        now = time.perf_counter()
+        if text != self._text:
+            self._text, self._started = text, now
+        finished = done >= total
+        if not self._visible or now - self._started < self.DELAY:
+            return
+        if not finished and now - self._drawn < 0.1:
+            return
+        self._drawn = now
+        filled = int(30 * done / total) if total else 0
+        line = f"\r{text:<40.40} [{'#' * filled:<30}] {100 * done / max(total, 1):3.0f}%"
+        sys.stderr.write("\r" + " " * 80 + "\r" if finished else line)
+        sys.stderr.flush()
+
+
+SILENT = Progress()

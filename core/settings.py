@@ -1,0 +1,228 @@
+"""Settings: one frozen dataclass per structure, workload or sample scene.
+
+The dataclass is the only source of a setting. The Blender properties, the ``name:key=value``
+of the command line, the JSON and the reference table of the documentation are all derived from
+the fields declared here.
+
+A field is declared with :func:`setting`::
+
+    @dataclass(frozen=True)
+    class Settings:
+        bins: int = setting(16, "Bins", "Candidate planes per axis", minimum=2, maximum=256)
+
+The type of a setting is the type of its default: ``bool``, ``int``, ``float``, ``str`` or a tuple
+of three ints or floats. A ``str`` with ``choices`` is one of them, any other is free text.
+A trailing underscore keeps a name out of Python's keywords: the field ``from_`` is the key ``from``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from .errors import InputError
+
+T = TypeVar("T")
+
+BOOLEANS = {"true": True, "yes": True, "on": True, "1": True,
+            "false": False, "no": False, "off": False, "0": False}  # fmt: skip
+
+
+def setting(
+    default: Any,
+    label: str,
+    description: str,
+    *,
+    unit: str = "",
+    minimum: float | None = None,
+    maximum: float | None = None,
+    choices: Mapping[str, str] | None = None,
+    unset: str = "",
+) -> Any:
+    """Declare one field of a settings dataclass.
+
+    Parameters
+    ----------
+    default : bool, int, float, str or tuple of three ints or floats
+        The default value; its type is the type of the setting.
+    label, description : str
+        Name in the panel and one sentence about it, without a full stop.
+    unit : str, optional
+        Unit shown behind the label, for example ``"cells"`` or ``"degrees"``.
+    minimum, maximum : float, optional
+        Inclusive limits; of every component of a tuple.
+    choices : mapping of str to str, optional
+        The admitted texts, each with one sentence about it.
+    unset : str, optional
+        A word such as ``"auto"`` that the command line accepts for the default.
+
+    Returns
+    -------
+    dataclasses.Field
+    """
+    metadata = {
+        "label": label,
+        "description": description,
+        "unit": unit,
+        "minimum": minimum,
+        "maximum": maximum,
+        "choices": dict(choices) if choices else None,
+        "unset": unset,
+    }
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def key_of(field: dataclasses.Field) -> str:
+    """Return the public name of a field: ``from_`` is ``from``."""
+    return field.name.rstrip("_")
+
+
+def parse(settings_type: type[T], texts: Mapping[str, str], where: str) -> T:
+    """Make settings from texts such as ``{"resolution": "35x35x35"}``.
+
+    Parameters
+    ----------
+    settings_type : type
+        The settings dataclass.
+    texts : mapping of str to str
+        Values by key, as the command line gives them.
+    where : str
+        What is being set, for the messages (``"structure grid"``).
+
+    Raises
+    ------
+    InputError
+        For an unknown key or a value that does not fit, naming what is known.
+    """
+    fields = {key_of(field): field for field in dataclasses.fields(settings_type)}  # type: ignore[arg-type]
+    values = {}
+    for key, text in texts.items():
+        if key not in fields:
+            known = ", ".join(fields) or "none"
+            raise InputError(f"{where} has no setting '{key}'; its settings are: {known}")
+        values[fields[key].name] = _parse_value(fields[key], text, where)
+    return check(settings_type(**values), where)
+
+
+def check(settings: T, where: str) -> T:
+    """Return `settings` if every value is of its type and within its limits.
+
+    Raises
+    ------
+    InputError
+        Naming the setting, the value and the limits.
+    """
+    for field in dataclasses.fields(settings):  # type: ignore[arg-type]
+        value = getattr(settings, field.name)
+        if value == field.default:
+            continue
+        meta = field.metadata
+        if meta["choices"] and value not in meta["choices"]:
+            known = ", ".join(meta["choices"])
+            raise InputError(f"{where}: {key_of(field)} is one of {known}, not '{value}'")
+        if isinstance(value, (str, bool)):
+            continue
+        for component in value if isinstance(value, tuple) else (value,):
+            if not math.isfinite(component):
+                raise InputError(f"{where}: {key_of(field)} must be finite, not {component}")
+            low, high = meta["minimum"], meta["maximum"]
+            if (low is not None and component < low) or (high is not None and component > high):
+                limits = " and ".join(
+                    f"at {word} {limit:g}"
+                    for word, limit in (("least", low), ("most", high))
+                    if limit is not None
+                )
+                raise InputError(f"{where}: {key_of(field)} must be {limits}, not {component:g}")
+    return settings
+
+
+def _parse_value(field: dataclasses.Field, text: str, where: str) -> Any:
+    """Return the value that `text` means for `field`."""
+    default, text = field.default, text.strip()
+    if field.metadata["unset"] and text == field.metadata["unset"]:
+        return default
+    try:
+        if isinstance(default, bool):
+            return BOOLEANS[text.lower()]
+        if isinstance(default, int):
+            return int(text)
+        if isinstance(default, float):
+            return float(text)
+        if isinstance(default, tuple):
+            return _parse_triple(text, type(default[0]))
+    except (ValueError, KeyError, OverflowError):
+        raise InputError(
+            f"{where}: {key_of(field)} takes {kind_in_words(field)}, not '{text}'"
+        ) from None
+    return text
+
+
+def _parse_triple(text: str, number: type) -> tuple:
+    """Return the three numbers of ``1x2x3``; a single one stands for all three."""
+    parts = [number(part) for part in text.split("x")]
+    if len(parts) == 1:
+        parts = parts * 3
+    if len(parts) != 3:
+        raise ValueError(text)
+    return tuple(parts)
+
+
+def kind_in_words(field: dataclasses.Field) -> str:
+    """Say what a field accepts: ``"a whole number"``, ``"true or false"``, ..."""
+    default = field.default
+    if isinstance(default, bool):
+        words = "true or false"
+    elif isinstance(default, int):
+        words = "a whole number"
+    elif isinstance(default, float):
+        words = "a number"
+    elif isinstance(default, tuple):
+        kind = "whole numbers" if isinstance(default[0], int) else "numbers"
+        words = f"three {kind} such as 1x2x3"
+    elif field.metadata["choices"]:
+        words = "one of " + ", ".join(field.metadata["choices"])
+    else:
+        words = "text"
+    return f"{words} or {field.metadata['unset']}" if field.metadata["unset"] else words
+
+
+def to_json(settings: Any) -> dict[str, Any]:
+    """Return the settings as a JSON-ready mapping of key to value."""
+    values = {}
+    for field in dataclasses.fields(settings):
+        value = getattr(settings, field.name)
+        values[key_of(field)] = list(value) if isinstance(value, tuple) else value
+    return values
+
+
+def describe(settings_type: type) -> list[dict[str, Any]]:
+    """Return one JSON-ready mapping per setting: key, label, default, limits, choices, ..."""
+    rows = []
+    for field in dataclasses.fields(settings_type):
+        default = list(field.default) if isinstance(field.default, tuple) else field.default
+        row = {"key": key_of(field), "takes": kind_in_words(field), "default": default}
+        rows.append(row | {name: value for name, value in field.metadata.items() if value})
+    return rows
+
+
+def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
+    """Split ``name:key=value,key=value`` into its name and its texts by key.
+
+    Raises
+    ------
+    InputError
+        For a part without an equals sign or a key given twice.
+    """
+    name, _, rest = spec.partition(":")
+    texts: dict[str, str] = {}
+    for part in filter(None, rest.split(",")):
+        key, equals, value = part.partition("=")
+        key = key.strip()
+        if not equals or not key:
+            raise InputError(f"'{part}' in '{spec}' is not of the form key=value")
+        if key in texts:
+            raise InputError(f"'{key}' is given twice in '{spec}'")
+        texts[key] = value
+    return name.strip(), texts

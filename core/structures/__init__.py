@@ -1,0 +1,42 @@
+"""One file per acceleration structure.
+
+A module in this folder that defines ``STRUCTURE`` is found by itself: it appears in the panel, on
+the command line, in the reports and in the test matrix.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import pkgutil
+
+from ..errors import InputError
+from .contract import Structure
+
+
+@functools.cache
+def structures() -> dict[str, type[Structure]]:
+    """Return every structure by name, in alphabetical order of their files."""
+    found = {}
+    for module in sorted(pkgutil.iter_modules(__path__), key=lambda module: module.name):
+        structure = getattr(
+            importlib.import_module(f".{module.name}", __package__), "STRUCTURE", None
+        )
+        if structure is not None:
+            found[structure.name] = structure
+    return found
+
+
+def structure_named(name: str) -> type[Structure]:
+    """Return the structure called `name`.
+
+    Raises
+    ------
+    InputError
+        Listing the known names.
+    """
+    try:
+        return structures()[name]
+    except KeyError:
+        known = ", ".join(structures())
+        raise InputError(f"there is no structure '{name}'; known are: {known}") from None

@@ -1,0 +1,494 @@
+"""Bounding volume hierarchy (BVH) over axis-aligned boxes.
+
+A binary tree over a permutation of the triangles: every node owns a range of it and the box around
+that range. Built from the top down. At each node a plane divides the triangles by their centroids;
+the plane is chosen by the surface area heuristic (SAH):
+
+    Cost(V -> {L, R}) = C_trav + C_isect * (SA(L) / SA(V) * N_L + SA(R) / SA(V) * N_R)
+
+Binning evaluates it at a fixed number of planes per axis: count triangles and boxes per bin in one
+pass, then sweep over the bins from both sides.
+
+The walk goes front to back: of two children the nearer is entered first, the other waits on a
+stack and is thrown away if a hit nearer than its box has been found meanwhile.
+
+I. Wald: On fast Construction of SAH-based Bounding Volume Hierarchies, RT 2007.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry.box import MISS, boxes_of, enter_box, surface_area
+from ..geometry.rays import ALL, ANY
+from ..geometry.triangle import intersect, triangles_of
+from ..kernels import call, implements, kernel
+from ..memory import refuse_if_too_large
+from ..parallel import core_count
+from ..progress import SILENT, Progress
+from ..scene import Scene
+from ..settings import setting
+from .contract import (
+    MAXIMUM_DEPTH,
+    STACK_SIZE,
+    Cells,
+    Found,
+    Statistics,
+    Structure,
+    intersection_cost,
+    traversal_cost,
+    walk,
+)
+from .steps import HIT, SKIP, TEST, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
+
+# ------------------------------------------------------------------------------------- settings
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of the bounding volume hierarchy."""
+
+    builder: str = setting(
+        "binned",
+        "Builder",
+        "How the triangles are grouped",
+        choices={"binned": "From the top down, SAH evaluated at bin borders (Wald 2007)"},
+    )
+    max_leaf_size: int = setting(
+        4,
+        "Max Leaf Size",
+        "A node with more triangles is always split",
+        unit="triangles",
+        minimum=1,
+        maximum=1024,
+    )
+    bins: int = setting(
+        16, "Bins", "Candidate intervals per axis", unit="bins", minimum=2, maximum=64
+    )
+    C_trav: float = traversal_cost()
+    C_isect: float = intersection_cost()
+
+
+# ------------------------------------------------------------------------------------ the record
+
+
+class BVHArrays(NamedTuple):
+    """The tree as its kernels see it; node 0 is the root, siblings are neighbours.
+
+    Attributes
+    ----------
+    boxes : (n_nodes, 6) float64
+    first : (n_nodes,) int32
+        Left child of an inner node (the right one is the next), first triangle of a leaf.
+    count : (n_nodes,) int32
+        Triangles of a leaf; 0 marks an inner node.
+    """
+
+    boxes: np.ndarray
+    first: np.ndarray
+    count: np.ndarray
+
+
+# ----------------------------------------------------------------------------------------- build
+
+SUBTREE = 1 << 16
+"""Triangles up to which a subtree is built by one kernel call, in some 50 ms; different subtrees on
+different threads. Between calls the builder looks at the cancel button."""
+
+
+@kernel
+def area_of(x0, y0, z0, x1, y1, z1):
+    """Return the surface area of a box."""
+    x, y, z = x1 - x0, y1 - y0, z1 - z0
+    return 2.0 * (x * y + y * z + z * x)
+
+
+@kernel
+def bin_of(box, axis, low, scale, bins):
+    """Return the bin of a triangle's centroid; used alike for counting and for dividing."""
+    return min(int((box[axis] + box[3 + axis] - low) * scale), bins - 1)
+
+
+@kernel
+def fit(boxes, first, count, out):
+    """Write into `out` (12,) the box around boxes, then that around their centroids (doubled)."""
+    for axis in range(3):
+        low, high, low_c, high_c = np.inf, -np.inf, np.inf, -np.inf
+        for i in range(first, first + count):
+            a, b = boxes[i, axis], boxes[i, 3 + axis]
+            low = a if a < low else low
+            high = b if b > high else high
+            c = a + b
+            low_c = c if c < low_c else low_c
+            high_c = c if c > high_c else high_c
+        out[axis], out[3 + axis] = low, high
+        out[6 + axis], out[9 + axis] = low_c, high_c
+
+
+@kernel
+def best_split(boxes, first, count, bounds, bins, bin_boxes, bin_counts, right_costs):
+    """Return axis, bin and SA(L) N_L + SA(R) N_R of the cheapest of 3 (bins - 1) planes.
+
+    The axis is -1 if all centroids coincide. Planes go behind the returned bin.
+    """
+    best_axis, best_bin, best_cost = -1, 0, np.inf
+    for axis in range(3):
+        low, extent = bounds[6 + axis], bounds[9 + axis] - bounds[6 + axis]
+        if not extent > 0.0:
+            continue
+        scale = bins * (1.0 - 1e-6) / extent
+        if scale == np.inf:
+            continue
+        for b in range(bins):
+            bin_counts[b] = 0
+            for side in range(3):
+                bin_boxes[b, side] = np.inf
+                bin_boxes[b, 3 + side] = -np.inf
+        for i in range(first, first + count):
+            box = boxes[i]
+            b = bin_of(box, axis, low, scale, bins)
+            bin_counts[b] += 1
+            for side in range(3):
+                bin_boxes[b, side] = min(bin_boxes[b, side], box[side])
+                bin_boxes[b, 3 + side] = max(bin_boxes[b, 3 + side], box[3 + side])
+        # From the right: right_costs[b] is SA N of everything behind bin b.
+        x0 = y0 = z0 = np.inf
+        x1 = y1 = z1 = -np.inf
+        n = 0
+        for b in range(bins - 1, 0, -1):
+            n += bin_counts[b]
+            x0, y0, z0 = min(x0, bin_boxes[b, 0]), min(y0, bin_boxes[b, 1]), min(z0, bin_boxes[b, 2])
+            x1, y1, z1 = max(x1, bin_boxes[b, 3]), max(y1, bin_boxes[b, 4]), max(z1, bin_boxes[b, 5])
+            right_costs[b - 1] = n * area_of(x0, y0, z0, x1, y1, z1) if n > 0 else np.inf
+        # From the left, with the other side at hand.
+        x0 = y0 = z0 = np.inf
+        x1 = y1 = z1 = -np.inf
+        n = 0
+        for b in range(bins - 1):
+            n += bin_counts[b]
+            x0, y0, z0 = min(x0, bin_boxes[b, 0]), min(y0, bin_boxes[b, 1]), min(z0, bin_boxes[b, 2])
+            x1, y1, z1 = max(x1, bin_boxes[b, 3]), max(y1, bin_boxes[b, 4]), max(z1, bin_boxes[b, 5])
+            if n == 0 or n == count:
+                continue
+            cost = n * area_of(x0, y0, z0, x1, y1, z1) + right_costs[b]
+            if cost < best_cost:
+                best_axis, best_bin, best_cost = axis, b, cost
+    return best_axis, best_bin, best_cost
+
+
+@kernel
+def divide(boxes, order, first, count, axis, last_left, low, scale, bins):
+    """Reorder a range so that bins up to `last_left` come first; return how many those are."""
+    i, j = first, first + count - 1
+    while i <= j:
+        if bin_of(boxes[i], axis, low, scale, bins) <= last_left:
+            i += 1
+        else:
+            for side in range(6):
+                boxes[i, side], boxes[j, side] = boxes[j, side], boxes[i, side]
+            order[i], order[j] = order[j], order[i]
+            j -= 1
+    return i - first
+
+
+@kernel
+def split_node(tree, boxes, order, node, first, count, depth, rule, scratch):
+    """Fit a node's box, then split it or make it a leaf; return the size of its left child or 0.
+
+    The children of a node that is cut between the triangles k - 1 and k are 2k - 1 and 2k. Every
+    place is cut at most once, so threads need not agree on who takes which number.
+    """
+    fit(boxes, first, count, scratch.bounds)
+    bounds = scratch.bounds
+    for side in range(6):
+        tree.boxes[node, side] = bounds[side]
+    axis, last_left, cost = -1, 0, np.inf
+    # More bins than triangles would mostly be empty.
+    bins = min(rule.bins, 4 + count)
+    if 1 < count and depth < MAXIMUM_DEPTH // 2:
+        axis, last_left, cost = best_split(
+            boxes, first, count, bounds, bins,
+            scratch.bin_boxes, scratch.bin_counts, scratch.right_costs,
+        )  # fmt: skip
+    area = area_of(bounds[0], bounds[1], bounds[2], bounds[3], bounds[4], bounds[5])
+    no_gain = rule.c_isect * count * area <= rule.c_trav * area + rule.c_isect * cost
+    if count == 1 or (count <= rule.max_leaf_size and no_gain):
+        tree.first[node] = first
+        tree.count[node] = count
+        return 0
+    if axis >= 0:
+        low = bounds[6 + axis]
+        scale = bins * (1.0 - 1e-6) / (bounds[9 + axis] - low)
+        n_left = divide(boxes, order, first, count, axis, last_left, low, scale, bins)
+    else:
+        n_left = count // 2  # nothing tells the triangles apart: split by index
+    tree.first[node] = 2 * (first + n_left) - 1
+    tree.count[node] = 0
+    return n_left
+
+
+@kernel
+def push(stack, height, node, first, count, depth):
+    """Remember a node to split."""
+    stack[height, 0], stack[height, 1] = node, first
+    stack[height, 2], stack[height, 3] = count, depth
+
+
+@kernel
+def build_subtree(tree, boxes, order, node, first, count, depth, rule, scratch):
+    """Split a node and everything below it, depth-first."""
+    stack = scratch.stack
+    push(stack, 0, node, first, count, depth)
+    height = 1
+    while height > 0:
+        height -= 1
+        node, first = stack[height, 0], stack[height, 1]
+        count, depth = stack[height, 2], stack[height, 3]
+        n_left = split_node(tree, boxes, order, node, first, count, depth, rule, scratch)
+        if n_left > 0:
+            left = tree.first[node]
+            push(stack, height, left + 1, first + n_left, count - n_left, depth + 1)
+            push(stack, height + 1, left, first, n_left, depth + 1)
+            height += 2
+
+
+class SplitRule(NamedTuple):
+    """What decides a split, for kernels."""
+
+    max_leaf_size: int
+    bins: int
+    c_trav: float
+    c_isect: float
+
+
+class Scratch(NamedTuple):
+    """Scratch memory of one building thread."""
+
+    bounds: np.ndarray
+    bin_boxes: np.ndarray
+    bin_counts: np.ndarray
+    right_costs: np.ndarray
+    stack: np.ndarray
+
+
+def make_scratch(bins: int) -> Scratch:
+    """Return scratch memory for one thread."""
+    return Scratch(
+        np.empty(12), np.empty((bins, 6)), np.empty(bins, np.int64), np.empty(bins),
+        np.empty((STACK_SIZE, 4), np.int64),
+    )  # fmt: skip
+
+
+def build_tree(
+    boxes: np.ndarray, settings: Settings, progress: Progress
+) -> tuple[BVHArrays, np.ndarray]:
+    """Build the tree over boxes, which are reordered in place.
+
+    Parameters
+    ----------
+    boxes : (n, 6) float64
+
+    Returns
+    -------
+    tree : BVHArrays
+    order : (n,) int32
+        Original index of each box in its new place.
+    """
+    count = len(boxes)
+    order = np.arange(count, dtype=np.int32)
+    # A count of -1 marks a number that no node has taken.
+    tree = BVHArrays(
+        np.zeros((2 * count - 1, 6)), np.zeros(2 * count - 1, np.int32),
+        np.full(2 * count - 1, -1, np.int32),
+    )  # fmt: skip
+    rule = SplitRule(settings.max_leaf_size, settings.bins, settings.C_trav, settings.C_isect)
+    scratch = make_scratch(settings.bins)
+    done = 0
+
+    # The upper part, node by node; what is small enough is put aside.
+    pending, subtrees = [(0, 0, count, 0)], []
+    while pending:
+        node, first, size, depth = pending.pop()
+        if size <= SUBTREE:
+            subtrees.append((node, first, size, depth))
+            continue
+        progress.report(0, count, "Building bvh")
+        n_left = call(split_node, tree, boxes, order, node, first, size, depth, rule, scratch)
+        if n_left:
+            left = int(tree.first[node])
+            pending.append((left, first, n_left, depth + 1))
+            pending.append((left + 1, first + n_left, size - n_left, depth + 1))
+
+    # The lower parts, side by side.
+    def build_one(each: tuple[int, int, int, int]) -> int:
+        call(build_subtree, tree, boxes, order, *each, rule, make_scratch(settings.bins))
+        return each[2]
+
+    with ThreadPoolExecutor(core_count()) as pool:
+        futures = [pool.submit(build_one, each) for each in subtrees]
+        try:
+            for future in futures:
+                done += future.result()
+                progress.report(done, count, "Building bvh")
+        finally:
+            for future in futures:
+                future.cancel()
+    return _without_gaps(tree), order
+
+
+def _without_gaps(tree: BVHArrays) -> BVHArrays:
+    """Renumber the nodes 0, 1, 2, ..., keeping siblings together and their order."""
+    used = tree.count >= 0
+    number = np.cumsum(used, dtype=np.int32) - 1
+    inner = tree.count == 0
+    first = tree.first.copy()
+    first[inner] = number[first[inner]]
+    return BVHArrays(
+        np.ascontiguousarray(tree.boxes[used]), np.ascontiguousarray(first[used]),
+        np.ascontiguousarray(tree.count[used]),
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------ walk
+
+
+@implements(walk, BVHArrays)
+def walk_bvh(structure, triangles, ray, number, workspace, log):
+    """Front-to-back traversal with a stack."""
+    boxes, firsts, counts = structure.boxes, structure.first, structure.count
+    cells, enters = workspace.cells, workspace.enters
+    best_t, best = np.inf, -1
+    limit = ray.t_max
+    nodes_visited, leaves_visited, tests, volume_tests = 0, 0, 0, 1
+
+    t = enter_box(boxes, 0, ray, limit)
+    note(log, VOLUME_TEST, 0, -1, t, t)
+    height = 0
+    if t != MISS:
+        cells[0], enters[0] = 0, t
+        height = 1
+    while height > 0:
+        height -= 1
+        node, t = cells[height], enters[height]
+        if t > limit:
+            note(log, SKIP, node, -1, t, limit)
+            continue
+        nodes_visited += 1
+        count = counts[node]
+
+        if count > 0:
+            leaves_visited += 1
+            note(log, VISIT_LEAF, node, -1, t, limit)
+            for i in range(firsts[node], firsts[node] + count):
+                hit_t = intersect(triangles, i, ray)
+                tests += 1
+                n = triangles.ids[i]
+                note(log, TEST, node, n, hit_t, hit_t)
+                if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
+                    best_t, best = hit_t, n
+                    note(log, HIT, node, n, hit_t, hit_t)
+                    if ray.query != ALL:
+                        limit = hit_t
+            if ray.query == ANY and best >= 0:
+                break
+            continue
+
+        note(log, VISIT_INNER, node, -1, t, limit)
+        near, far = firsts[node], firsts[node] + 1
+        near_t = enter_box(boxes, near, ray, limit)
+        far_t = enter_box(boxes, far, ray, limit)
+        volume_tests += 2
+        note(log, VOLUME_TEST, near, -1, near_t, near_t)
+        note(log, VOLUME_TEST, far, -1, far_t, far_t)
+        if far_t < near_t:
+            near, far, near_t, far_t = far, near, far_t, near_t
+        if far_t != MISS:
+            cells[height], enters[height] = far, far_t
+            height += 1
+        if near_t != MISS:
+            cells[height], enters[height] = near, near_t
+            height += 1
+
+    return Found(best_t, best, nodes_visited, leaves_visited, 0, tests, volume_tests, 0)
+
+
+# ------------------------------------------------------------------------------- the structure
+
+
+class BVH(Structure):
+    """Hierarchy of axis-aligned bounding boxes."""
+
+    name = "bvh"
+    label = "BVH"
+    summary = "Binary tree of boxes, split by the surface area heuristic, walked front to back"
+    Settings = Settings
+
+    arrays: BVHArrays
+
+    @classmethod
+    def build(cls, scene: Scene, settings: Settings, progress: Progress = SILENT) -> BVH:
+        """Build the tree, then put the triangles into the order of its leaves."""
+        refuse_if_too_large(
+            len(scene) * 330, f"a BVH over {len(scene)} triangles", "use a smaller scene"
+        )
+        tree, order = build_tree(boxes_of(scene.triangles), settings, progress)
+        return cls(scene, settings, tree, triangles_of(scene, order))
+
+    def depths(self) -> np.ndarray:
+        """Return the depth of every node, (n_nodes,) int64."""
+        first, count = self.arrays.first, self.arrays.count
+        depth = np.zeros(len(count), dtype=np.int64)
+        level = np.zeros(1, dtype=np.int64)
+        below = 0
+        while len(level):
+            depth[level] = below
+            left = first[level[count[level] == 0]].astype(np.int64)
+            level = np.concatenate([left, left + 1])
+            below += 1
+        return depth
+
+    def cells(self) -> Cells:
+        """Return the boxes of all nodes; a cell's number is its node."""
+        count = self.arrays.count
+        return Cells.sorted_by_depth(self.arrays.boxes, self.depths(), count > 0, count)
+
+    def statistics(self) -> Statistics:
+        """Return the figures of the tree."""
+        count = self.arrays.count
+        areas = surface_area(self.arrays.boxes)
+        return Statistics.of_cells(
+            areas, count > 0, count, self.depths(), float(areas[0]),
+            self.settings.C_trav, self.settings.C_isect,
+        )  # fmt: skip
+
+    def validate(self) -> list[str]:
+        """Check that leaves partition the triangles and that boxes contain what is below them."""
+        violations = []
+        boxes, first, count = self.arrays
+        leaves = np.flatnonzero(count > 0)
+        covered = np.concatenate([np.arange(first[n], first[n] + count[n]) for n in leaves])
+        if not np.array_equal(np.sort(covered), np.arange(len(self.scene))):
+            violations.append("the leaves do not partition the triangles")
+        if not np.array_equal(np.sort(self.triangles.ids), np.arange(len(self.scene))):
+            violations.append("the order of the triangles is not a permutation")
+        inner = np.flatnonzero(count == 0)
+        children = np.concatenate([first[inner], first[inner] + 1])
+        if not np.array_equal(np.sort(children), np.arange(1, len(count))):
+            violations.append("a node has no parent or several")
+        parents = np.concatenate([inner, inner])
+        union_low = np.minimum(boxes[first[inner], :3], boxes[first[inner] + 1, :3])
+        union_high = np.maximum(boxes[first[inner], 3:], boxes[first[inner] + 1, 3:])
+        if (boxes[parents[: len(inner)]] != np.concatenate([union_low, union_high], 1)).any():
+            violations.append("a node's box is not the union of its children's")
+        own = boxes_of(self.scene.triangles[self.triangles.ids[covered]])
+        leaf_boxes = boxes[np.repeat(leaves, count[leaves])]
+        if (own[:, :3] < leaf_boxes[:, :3]).any() or (own[:, 3:] > leaf_boxes[:, 3:]).any():
+            violations.append("a triangle sticks out of its leaf")
+        return violations
+
+
+STRUCTURE = BVH

@@ -1,0 +1,428 @@
+"""The contract of a structure, and the parts of it that are the same for all.
+
+A technique is one module in this folder with
+
+- ``Settings``: a frozen dataclass, see :mod:`..settings`;
+- a NamedTuple of flat arrays, the structure as its kernels see it;
+- an implementation of :func:`walk` for that NamedTuple: the traversal;
+- a subclass of :class:`Structure` whose ``build`` makes it from a scene;
+- ``STRUCTURE = TheClass``, by which it is found.
+"""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from ..geometry.box import surface_area
+from ..geometry.rays import RayArrays, Rays, make_ray
+from ..geometry.triangle import Triangles
+from ..kernels import call, dispatched, kernel
+from ..memory import refuse_if_too_large
+from ..parallel import for_chunks
+from ..progress import SILENT, Progress
+from ..scene import Scene
+from ..settings import setting
+from .steps import COUNTER_NAMES, Log, Steps, make_log
+
+RAYS_PER_CHUNK = 4096
+"""Rays between two looks at the cancel button; costs 0.4% over one chunk per thread."""
+
+STACK_SIZE = 128
+"""Cells a walk can remember; no structure grows deeper (see MAXIMUM_DEPTH)."""
+
+MAXIMUM_DEPTH = 96
+"""Depth at which every hierarchy stops splitting, whatever its settings."""
+
+
+# ------------------------------------------------------------------ settings common to several
+
+
+def traversal_cost() -> Any:
+    """Declare C_trav, the lecture's t_tra."""
+    return setting(
+        1.2, "C_trav", "Cost of one traversal step, in the unit of C_isect", minimum=0.0
+    )
+
+
+def intersection_cost() -> Any:
+    """Declare C_isect, the lecture's t_tri."""
+    return setting(
+        1.0, "C_isect", "Cost of one ray-triangle test, in the unit of C_trav", minimum=0.0
+    )
+
+
+# ---------------------------------------------------------------------------- what comes out
+
+
+class Found(NamedTuple):
+    """What the walk of one ray returns: the hit and the counters, in COUNTER_NAMES' order."""
+
+    t: float
+    primitive: int
+    n_ts: int
+    n_ets: int
+    n_eets: int
+    n_it: int
+    volume_tests: int
+    mailbox_hits: int
+
+
+class Workspace(NamedTuple):
+    """Scratch memory of one thread.
+
+    Attributes
+    ----------
+    cells : (STACK_SIZE,) int32
+    enters : (STACK_SIZE,) float64
+        The stack: cells still to visit and where the ray enters them.
+    mailbox : (n_triangles,) int32, or (1,) if the structure has none
+        Number of the last ray that met each triangle.
+    """
+
+    cells: np.ndarray
+    enters: np.ndarray
+    mailbox: np.ndarray
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Hits of a batch.
+
+    Attributes
+    ----------
+    t : (n,) float64
+        Ray parameter of the hit, inf for a miss.
+    primitive : (n,) int32
+        Triangle index in the scene, -1 for a miss. Of equal t the lowest.
+    """
+
+    t: np.ndarray
+    primitive: np.ndarray
+
+
+@dataclass(frozen=True)
+class Counters:
+    """Counters of a batch: `values` is (n, len(COUNTER_NAMES)) int32."""
+
+    values: np.ndarray
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.values[:, COUNTER_NAMES.index(name)]
+
+    def means(self) -> dict[str, float]:
+        """Return the mean over all rays, by name."""
+        means = self.values.mean(axis=0, dtype=np.float64)
+        return dict(zip(COUNTER_NAMES, means.tolist(), strict=True))
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Everything there is to draw: one axis-aligned box per cell or node.
+
+    Attributes
+    ----------
+    boxes : (n, 6) float64
+        ``[x0, y0, z0, x1, y1, z1]``
+    numbers : (n,) int32
+        The number by which the step log names the cell. Cells are sorted by depth.
+    depth : (n,) int32
+    is_leaf : (n,) bool
+    count : (n,) int32
+        Primitives in a leaf; 0 for inner nodes.
+    """
+
+    boxes: np.ndarray
+    numbers: np.ndarray
+    depth: np.ndarray
+    is_leaf: np.ndarray
+    count: np.ndarray
+
+    @classmethod
+    def sorted_by_depth(
+        cls, boxes: np.ndarray, depth: np.ndarray, is_leaf: np.ndarray, count: np.ndarray
+    ) -> Cells:
+        """Order cells numbered 0, 1, ... by depth, so that a depth range is one piece."""
+        order = np.argsort(depth, kind="stable").astype(np.int32)
+        return cls(
+            np.ascontiguousarray(boxes[order]), order, depth[order].astype(np.int32),
+            is_leaf[order], count[order].astype(np.int32),
+        )  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.boxes)
+
+    def attributes(self) -> dict[str, np.ndarray]:
+        """Return the per-cell figures by name, to colour and to export."""
+        return {
+            "number": self.numbers,
+            "depth": self.depth,
+            "is_leaf": self.is_leaf,
+            "count": self.count,
+            "area": surface_area(self.boxes),
+        }
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Figures of a built structure (Havran's names).
+
+    Attributes
+    ----------
+    N_IN, N_V, N_EV : int
+        Inner nodes, elementary cells (leaves), empty ones among those.
+    N_OIV : int
+        References to primitives in all leaves.
+    max_depth : int
+        The root has depth 0.
+    mean_leaf_size : float
+        N_OIV / N_V.
+    sah : float
+        (C_trav * sum over inner SA + C_isect * sum over leaves n * SA) / SA_root.
+    C_trav, C_isect : float
+        The constants used.
+    expected_inner, expected_leaves, expected_tests : float
+        Means over isotropic uniform lines through the root that never stop early: inner nodes and
+        leaves visited, primitives tested; the terms of `sah` without their constants.
+    leaf_sizes, depths : (k,) int64
+        Number of leaves by their size, and by their depth.
+    extra : dict
+        Figures of this structure only.
+    """
+
+    N_IN: int
+    N_V: int
+    N_EV: int
+    N_OIV: int
+    max_depth: int
+    mean_leaf_size: float
+    sah: float
+    C_trav: float
+    C_isect: float
+    expected_inner: float
+    expected_leaves: float
+    expected_tests: float
+    leaf_sizes: np.ndarray
+    depths: np.ndarray
+    extra: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of_cells(
+        cls,
+        areas: np.ndarray,
+        is_leaf: np.ndarray,
+        count: np.ndarray,
+        depth: np.ndarray,
+        root_area: float,
+        c_trav: float,
+        c_isect: float,
+        extra: dict[str, Any] | None = None,
+    ) -> Statistics:
+        """Compute all figures from per-cell arrays: surface area, leaf or not, size, depth."""
+        leaf_count, leaf_areas = count[is_leaf], areas[is_leaf]
+        expected_inner = float(areas[~is_leaf].sum() / root_area)
+        expected_leaves = float(leaf_areas.sum() / root_area)
+        expected_tests = float((leaf_areas * leaf_count).sum() / root_area)
+        references = int(leaf_count.sum(dtype=np.int64))
+        return cls(
+            N_IN=int((~is_leaf).sum()),
+            N_V=len(leaf_count),
+            N_EV=int((leaf_count == 0).sum()),
+            N_OIV=references,
+            max_depth=int(depth.max()),
+            mean_leaf_size=references / len(leaf_count),
+            sah=c_trav * expected_inner + c_isect * expected_tests,
+            C_trav=c_trav,
+            C_isect=c_isect,
+            expected_inner=expected_inner,
+            expected_leaves=expected_leaves,
+            expected_tests=expected_tests,
+            leaf_sizes=np.bincount(leaf_count),
+            depths=np.bincount(depth[is_leaf]),
+            extra=extra or {},
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return a JSON-ready mapping; the constants stand under ``sah_constants``."""
+        return {
+            "N_IN": self.N_IN,
+            "N_V": self.N_V,
+            "N_EV": self.N_EV,
+            "N_OIV": self.N_OIV,
+            "max_depth": self.max_depth,
+            "mean_leaf_size": self.mean_leaf_size,
+            "sah": self.sah,
+            "sah_constants": {"C_trav": self.C_trav, "C_isect": self.C_isect},
+            "expected_inner": self.expected_inner,
+            "expected_leaves": self.expected_leaves,
+            "expected_tests": self.expected_tests,
+            "leaf_sizes": self.leaf_sizes.tolist(),
+            "depths": self.depths.tolist(),
+            **self.extra,
+        }
+
+
+# ------------------------------------------------------------------------------ the one driver
+
+
+@dispatched
+def walk(structure, triangles, ray, number, workspace, log):
+    """Walk one ray through a structure: the traversal, one implementation per structure.
+
+    Parameters
+    ----------
+    structure : NamedTuple of arrays
+        Decides the implementation.
+    triangles : Triangles
+    ray : Ray
+    number : int
+        Number of the ray, unique in this workspace; for the mailbox.
+    workspace : Workspace
+    log : Log
+
+    Returns
+    -------
+    Found
+    """
+    raise TypeError(f"no walk for {type(structure).__name__}")
+
+
+@kernel
+def trace_range(structure, triangles, rays, first, last, workspace, log, t, primitive, counters):
+    """Trace the rays ``first <= i < last`` and write their hits and counters."""
+    for i in range(first, last):
+        ray = make_ray(rays, i, triangles.reach)
+        found = walk(structure, triangles, ray, i, workspace, log)
+        t[i] = found.t
+        primitive[i] = found.primitive
+        counters[i, 0] = found.n_ts
+        counters[i, 1] = found.n_ets
+        counters[i, 2] = found.n_eets
+        counters[i, 3] = found.n_it
+        counters[i, 4] = found.volume_tests
+        counters[i, 5] = found.mailbox_hits
+
+
+class Structure(abc.ABC):
+    """A built structure; ``Structure.build`` makes one.
+
+    Attributes
+    ----------
+    name, label, summary : str
+        Name on the command line, in the panel, and one sentence.
+    Settings : type
+        The settings dataclass.
+    """
+
+    name: ClassVar[str]
+    label: ClassVar[str]
+    summary: ClassVar[str]
+    Settings: ClassVar[type]
+    has_mailbox: bool = False
+
+    def __init__(self, scene: Scene, settings: Any, arrays: Any, triangles: Triangles) -> None:
+        self.scene = scene
+        self.settings = settings
+        self.arrays = arrays
+        self.triangles = triangles
+
+    @classmethod
+    @abc.abstractmethod
+    def build(cls, scene: Scene, settings: Any, progress: Progress = SILENT) -> Structure:
+        """Build the structure over a scene.
+
+        Raises
+        ------
+        InputError
+            When the settings ask for more memory than there is.
+        Cancelled
+            From `progress`.
+        """
+
+    @abc.abstractmethod
+    def cells(self) -> Cells:
+        """Return everything there is to draw."""
+
+    @abc.abstractmethod
+    def statistics(self) -> Statistics:
+        """Return the figures of the structure."""
+
+    @abc.abstractmethod
+    def validate(self) -> list[str]:
+        """Return the violated invariants, one sentence each; empty for a sound structure."""
+
+    def memory(self) -> int:
+        """Return the bytes of the structure's arrays, without the scene's triangles."""
+        return sum(array.nbytes for array in self.arrays if isinstance(array, np.ndarray))
+
+    def trace(
+        self,
+        rays: Rays,
+        query: int | None = None,
+        *,
+        threads: int = 0,
+        progress: Progress = SILENT,
+    ) -> tuple[Hits, Counters]:
+        """Trace a batch of rays.
+
+        Parameters
+        ----------
+        query : {CLOSEST, ANY, ALL}, optional
+            For all rays; without it every ray's own.
+        threads : int
+            0 takes every core.
+
+        Raises
+        ------
+        Cancelled
+            From `progress`.
+        """
+        count = len(rays)
+        refuse_if_too_large(count * 60, f"tracing {count} rays", "ask for fewer rays")
+        arrays = rays.arrays()
+        if query is not None:
+            arrays = arrays._replace(queries=np.full(count, query, dtype=np.uint8))
+        t = np.empty(count)
+        primitive = np.empty(count, dtype=np.int32)
+        counters = np.empty((count, len(COUNTER_NAMES)), dtype=np.int32)
+        spare: list[Workspace] = []
+
+        def trace_chunk(first: int, last: int) -> None:
+            workspace = spare.pop() if spare else self._workspace()
+            self._trace(arrays, first, last, workspace, make_log(0), t, primitive, counters)
+            spare.append(workspace)
+
+        for_chunks(trace_chunk, count, RAYS_PER_CHUNK, threads, progress, f"Tracing {self.name}")
+        return Hits(t, primitive), Counters(counters)
+
+    def record(self, rays: Rays, index: int, query: int | None = None) -> Steps:
+        """Record the walk of one ray of a batch, with the same kernel that counts."""
+        arrays = rays.select(np.array([index])).arrays()
+        if query is not None:
+            arrays = arrays._replace(queries=np.full(1, query, dtype=np.uint8))
+        out = np.empty(1), np.empty(1, np.int32), np.empty((1, len(COUNTER_NAMES)), np.int32)
+        capacity = 1024
+        while True:
+            log = make_log(capacity)
+            self._trace(arrays, 0, 1, self._workspace(), log, *out)
+            if log.count[0] <= capacity:
+                return Steps.from_log(log)
+            capacity = int(log.count[0])
+
+    def _trace(
+        self, rays: RayArrays, first: int, last: int, workspace: Workspace, log: Log, *out: Any
+    ) -> None:
+        """Run the driver over a range of rays."""
+        call(trace_range, self.arrays, self.triangles, rays, first, last, workspace, log, *out)
+
+    def _workspace(self) -> Workspace:
+        """Return scratch memory for one thread."""
+        mailbox = np.full(len(self.scene) if self.has_mailbox else 1, -1, dtype=np.int32)
+        return Workspace(np.empty(STACK_SIZE, np.int32), np.empty(STACK_SIZE), mailbox)
+
+
+Builder = Callable[[Scene, Any, Progress], Structure]

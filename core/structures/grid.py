@@ -1,0 +1,472 @@
+"""Uniform grid, walked by a 3D DDA.
+
+The scene's box is cut into nx * ny * nz equal cells; each cell lists the triangles that overlap it.
+A ray enters at a cell and steps from wall to wall: the next wall is the nearest of the three in
+x, y and z (lecture, "Grid traversal (3D DDA)"). The lecture subtracts the step from Lx, Ly, Lz each
+time; here the t of the next wall is computed from its integer index, so no error builds up.
+
+Cells are stored in one array with an offset per cell (compressed sparse rows): cell c lists
+``references[offsets[c]:offsets[c + 1]]``, and c = (i * ny + j) * nz + k.
+
+A triangle that spans several cells is met several times. The mailbox remembers the last ray that
+tested it. A hit beyond the current cell is postponed: something nearer may wait in between, so it
+is kept and only accepted once the walk has reached its cell.
+
+J. Amanatides, A. Woo: A Fast Voxel Traversal Algorithm for Ray Tracing, Eurographics 1987.
+A. Woo: Ray Tracing Polygons Using Spatial Subdivision, Graphics Interface 1992 (resolution).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry.box import MISS, boxes_of, enter_box, surface_area
+from ..geometry.rays import ALL, ANY, ULPS
+from ..geometry.triangle import intersect, overlaps_box, triangles_of
+from ..kernels import call, implements, kernel
+from ..memory import refuse_if_too_large
+from ..progress import SILENT, Progress
+from ..scene import Scene
+from ..settings import setting
+from .contract import (
+    Cells,
+    Found,
+    Statistics,
+    Structure,
+    intersection_cost,
+    traversal_cost,
+    walk,
+)
+from .steps import HIT, MAILBOX, POSTPONE, TEST, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
+
+# ------------------------------------------------------------------------------------- settings
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of the uniform grid."""
+
+    resolution: tuple[int, int, int] = setting(
+        (0, 0, 0),
+        "Resolution",
+        "Cells along x, y and z; 0 leaves it to the rule",
+        unit="cells",
+        minimum=0,
+        unset="auto",
+    )
+    rule: str = setting(
+        "woo",
+        "Rule",
+        "How the resolution follows from the number of triangles N and the density D",
+        choices={
+            "regular": "n = (D N)^(1/3) along every axis",
+            "woo": "Near-cubic cells: (D N)^(1/3) along the longest axis, fewer along the others",
+            "heterogeneous": "Cubic cells, D N of them in all (Klimaszewski)",
+        },
+    )
+    density: float = setting(
+        3.0, "Density", "Cells per triangle that the rule aims at", minimum=1e-6, maximum=1e6
+    )
+    padding: float = setting(
+        0.001,
+        "Padding",
+        "Enlargement of the scene's box on each side, as a share of its size",
+        minimum=0.0,
+        maximum=10.0,
+    )
+    overlap: str = setting(
+        "closed",
+        "Overlap",
+        "Whether a triangle that only touches a cell's wall belongs to that cell",
+        choices={
+            "closed": "Touching counts",
+            "open": "Only a true overlap counts; a ray that runs exactly in a wall may miss",
+        },
+    )
+    assignment: str = setting(
+        "box",
+        "Assignment",
+        "What is compared with a cell",
+        choices={"box": "The triangle's bounding box", "exact": "The triangle itself"},
+    )
+    mailbox: bool = setting(False, "Mailbox", "Test a triangle at most once per ray")
+    C_trav: float = traversal_cost()
+    C_isect: float = intersection_cost()
+
+
+def resolution_by_rule(size: np.ndarray, count: int, rule: str, density: float) -> np.ndarray:
+    """Return the resolution (3,) that a rule gives for a box of `size` with `count` triangles."""
+    cells = density * count
+    if rule == "regular":
+        wanted = np.full(3, cells ** (1 / 3))
+    elif rule == "woo":
+        wanted = size / size.max() * cells ** (1 / 3)
+    else:
+        # A flat side would ask for infinitely many cells along the others.
+        x, y, z = np.maximum(size, 1e-6 * size.max())
+        nx = np.floor((cells * x * x / (y * z)) ** (1 / 3) + 0.5)
+        ny = np.floor(np.sqrt(cells * y / (max(nx, 1) * z)) + 0.5)
+        nz = np.floor(cells / (max(nx, 1) * max(ny, 1)) + 0.5)
+        wanted = np.array([nx, ny, nz])
+    return np.maximum(np.floor(wanted), 1)
+
+
+# ------------------------------------------------------------------------------------ the record
+
+
+class GridArrays(NamedTuple):
+    """The grid as its kernels see it.
+
+    Attributes
+    ----------
+    box : (1, 6) float64
+        The box that is cut into cells.
+    cell_size : (3,) float64
+    resolution : (3,) int64
+    offsets : (n_cells + 1,) int64
+    references : (N_OIV,) int32
+        Triangle indices, ascending within a cell.
+    mailbox : bool
+    """
+
+    box: np.ndarray
+    cell_size: np.ndarray
+    resolution: np.ndarray
+    offsets: np.ndarray
+    references: np.ndarray
+    mailbox: bool
+
+
+# ----------------------------------------------------------------------------------------- build
+
+TOUCH = 1e-10
+"""Boxes nearer than this share of the grid's size touch, under closed overlap.
+
+It is far above the rounding of a walk, so that no walk loses a triangle at a wall, and far below
+any distance that a published count could depend on.
+"""
+
+
+@kernel
+def wall(box, cell_size, axis, index):
+    """Return the coordinate of the wall below cell `index` along an axis."""
+    return box[0, axis] + index * cell_size[axis]
+
+
+@kernel
+def first_overlap(box, cell_size, resolution, axis, low, touch, is_open):
+    """Return the first cell along an axis that an interval starting at `low` overlaps."""
+    i = int(min(max((low - touch - box[0, axis]) / cell_size[axis], 0.0), resolution[axis] - 1.0))
+    # The division may be off by one cell; the walls decide.
+    while i > 0 and wall(box, cell_size, axis, i) >= low - touch:
+        i -= 1
+    if is_open:
+        while i < resolution[axis] - 1 and wall(box, cell_size, axis, i + 1) <= low:
+            i += 1
+    else:
+        while i < resolution[axis] - 1 and wall(box, cell_size, axis, i + 1) < low - touch:
+            i += 1
+    return i
+
+
+@kernel
+def last_overlap(box, cell_size, resolution, axis, high, touch, is_open):
+    """Return the last cell along an axis that an interval ending at `high` overlaps."""
+    i = int(min(max((high + touch - box[0, axis]) / cell_size[axis], 0.0), resolution[axis] - 1.0))
+    while i < resolution[axis] - 1 and wall(box, cell_size, axis, i + 1) <= high + touch:
+        i += 1
+    if is_open:
+        while i > 0 and wall(box, cell_size, axis, i) >= high:
+            i -= 1
+    else:
+        while i > 0 and wall(box, cell_size, axis, i) > high + touch:
+            i -= 1
+    return i
+
+
+@kernel
+def insert(grid, corners, boxes, first, last, touch, is_open, is_exact, fill, cursor):
+    """Insert the triangles ``first <= n < last`` into every cell they overlap.
+
+    `touch` (3,) is the distance within which things touch. Called twice: with `fill` false, ``cursor[c]`` counts the references of cell c; with `fill`
+    true it is the place of the next one.
+    """
+    size, resolution = grid.cell_size, grid.resolution
+    lo = np.empty(3, dtype=np.int64)
+    hi = np.empty(3, dtype=np.int64)
+    cell_low = np.empty(3)
+    cell_high = np.empty(3)
+    for n in range(first, last):
+        for axis in range(3):
+            low, high = boxes[n, axis], boxes[n, 3 + axis]
+            lo[axis] = first_overlap(grid.box, size, resolution, axis, low, touch[axis], is_open)
+            # A flat triangle in a wall overlaps neither side openly: it goes to the upper one.
+            hi[axis] = max(
+                lo[axis],
+                last_overlap(grid.box, size, resolution, axis, high, touch[axis], is_open),
+            )
+        single = lo[0] == hi[0] and lo[1] == hi[1] and lo[2] == hi[2]
+        for i in range(lo[0], hi[0] + 1):
+            for j in range(lo[1], hi[1] + 1):
+                for k in range(lo[2], hi[2] + 1):
+                    if is_exact and not single:
+                        cell_low[0] = wall(grid.box, size, 0, i) - touch[0]
+                        cell_low[1] = wall(grid.box, size, 1, j) - touch[1]
+                        cell_low[2] = wall(grid.box, size, 2, k) - touch[2]
+                        cell_high[0] = wall(grid.box, size, 0, i + 1) + touch[0]
+                        cell_high[1] = wall(grid.box, size, 1, j + 1) + touch[1]
+                        cell_high[2] = wall(grid.box, size, 2, k + 1) + touch[2]
+                        if not overlaps_box(corners, n, cell_low, cell_high):
+                            continue
+                    cell = (i * resolution[1] + j) * resolution[2] + k
+                    if fill:
+                        grid.references[cursor[cell]] = n
+                    cursor[cell] += 1
+
+
+# ------------------------------------------------------------------------------------------ walk
+
+
+@kernel
+def start_cell(box, cell_size, count, axis, o, d, inverse, t):
+    """Return the cell along one axis where the ray is at t, consistent with :func:`wall_t`."""
+    i = int(min(max((o + t * d - box[0, axis]) / cell_size[axis], 0.0), count - 1.0))
+    if d > 0.0:
+        while i > 0 and (wall(box, cell_size, axis, i) - o) * inverse > t:
+            i -= 1
+        while i < count - 1 and (wall(box, cell_size, axis, i + 1) - o) * inverse < t:
+            i += 1
+    elif d < 0.0:
+        while i < count - 1 and (wall(box, cell_size, axis, i + 1) - o) * inverse > t:
+            i += 1
+        while i > 0 and (wall(box, cell_size, axis, i) - o) * inverse < t:
+            i -= 1
+    else:
+        while i > 0 and wall(box, cell_size, axis, i) > o:
+            i -= 1
+        while i < count - 1 and wall(box, cell_size, axis, i + 1) <= o:
+            i += 1
+    return i
+
+
+@kernel
+def next_wall_t(box, cell_size, axis, i, o, d, inverse):
+    """Return the t at which the ray leaves cell i through the next wall of one axis."""
+    if d > 0.0:
+        return (wall(box, cell_size, axis, i + 1) - o) * inverse
+    if d < 0.0:
+        return (wall(box, cell_size, axis, i) - o) * inverse
+    return np.inf
+
+
+@implements(walk, GridArrays)
+def walk_grid(structure, triangles, ray, number, workspace, log):
+    """Step from cell to cell until the nearest hit lies before the next wall."""
+    box, size, resolution = structure.box, structure.cell_size, structure.resolution
+    best_t, best = np.inf, -1
+    cells_visited, empty_visited, tests, mailbox_hits = 0, 0, 0, 0
+
+    t = enter_box(box, 0, ray, ray.t_max)
+    note(log, VOLUME_TEST, -1, -1, t, t)
+    if t == MISS:
+        return Found(best_t, best, 0, 0, 0, 0, 1, 0)
+
+    nx, ny, nz = resolution[0], resolution[1], resolution[2]
+    i = start_cell(box, size, nx, 0, ray.ox, ray.dx, ray.ix, t)
+    j = start_cell(box, size, ny, 1, ray.oy, ray.dy, ray.iy, t)
+    k = start_cell(box, size, nz, 2, ray.oz, ray.dz, ray.iz, t)
+    step_x = 1 if ray.dx > 0.0 else -1
+    step_y = 1 if ray.dy > 0.0 else -1
+    step_z = 1 if ray.dz > 0.0 else -1
+    # t at the next wall of each system of parallel walls: the lecture's Lx, Ly, Lz.
+    wall_x = next_wall_t(box, size, 0, i, ray.ox, ray.dx, ray.ix)
+    wall_y = next_wall_t(box, size, 1, j, ray.oy, ray.dy, ray.iy)
+    wall_z = next_wall_t(box, size, 2, k, ray.oz, ray.dz, ray.iz)
+
+    while True:
+        t_exit = min(wall_x, wall_y, wall_z)
+        cell = (i * ny + j) * nz + k
+        begin, end = structure.offsets[cell], structure.offsets[cell + 1]
+        cells_visited += 1
+        if begin == end:
+            empty_visited += 1
+            note(log, VISIT_EMPTY, cell, -1, t, t_exit)
+        else:
+            note(log, VISIT_LEAF, cell, -1, t, t_exit)
+
+        for slot in range(begin, end):
+            n = structure.references[slot]
+            if structure.mailbox:
+                if workspace.mailbox[n] == number:
+                    mailbox_hits += 1
+                    note(log, MAILBOX, cell, n, t, t_exit)
+                    continue
+                workspace.mailbox[n] = number
+            hit_t = intersect(triangles, n, ray)
+            tests += 1
+            note(log, TEST, cell, n, hit_t, hit_t)
+            if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
+                best_t, best = hit_t, n
+                note(log, HIT if hit_t <= t_exit else POSTPONE, cell, n, hit_t, hit_t)
+
+        # The hit must lie in the current cell. One exactly on the wall waits for the next cell,
+        # which may hold a triangle of lower id at the same t.
+        if ray.query == ANY and best >= 0:
+            break
+        if ray.query != ALL and best_t < t_exit:
+            break
+        if t_exit > ray.t_max:
+            break
+
+        t = t_exit
+        if wall_x == t_exit:
+            i += step_x
+            if i < 0 or i == nx:
+                break
+            wall_x = next_wall_t(box, size, 0, i, ray.ox, ray.dx, ray.ix)
+        elif wall_y == t_exit:
+            j += step_y
+            if j < 0 or j == ny:
+                break
+            wall_y = next_wall_t(box, size, 1, j, ray.oy, ray.dy, ray.iy)
+        else:
+            k += step_z
+            if k < 0 or k == nz:
+                break
+            wall_z = next_wall_t(box, size, 2, k, ray.oz, ray.dz, ray.iz)
+
+    return Found(
+        best_t, best, cells_visited, cells_visited, empty_visited, tests, 1, mailbox_hits
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------- the structure
+
+
+class Grid(Structure):
+    """Uniform subdivision of space."""
+
+    name = "grid"
+    label = "Uniform Grid"
+    summary = "Equal cells in CSR lists, walked by a 3D DDA"
+    Settings = Settings
+
+    arrays: GridArrays
+
+    CHUNK = 20_000  # triangles between two looks at the cancel button
+
+    @property
+    def has_mailbox(self) -> bool:  # type: ignore[override]
+        """Whether the walk needs a mailbox."""
+        return self.settings.mailbox
+
+    @classmethod
+    def build(cls, scene: Scene, settings: Settings, progress: Progress = SILENT) -> Grid:
+        """Count the references of every cell, turn counts into offsets, fill in the references."""
+        size = scene.upper - scene.lower
+        margin = settings.padding * size
+        # A flat scene gets some thickness: a cell of zero volume has no inside to walk through.
+        margin = np.where(size > 0.0, margin, max(settings.padding, 1e-6) * size.max())
+        lower, upper = scene.lower - margin, scene.upper + margin
+        given = np.array(settings.resolution)
+        by_rule = resolution_by_rule(upper - lower, len(scene), settings.rule, settings.density)
+        wanted = np.where(given > 0, given, by_rule)
+        n_cells = float(np.prod(wanted))
+        words = "x".join(f"{n:.0f}" for n in wanted)
+        refuse_if_too_large(
+            int(16 * n_cells), f"a grid of {words} = {n_cells:.3g} cells", "lower the resolution"
+        )
+        resolution = wanted.astype(np.int64)
+        triangles = triangles_of(scene)
+        boxes = boxes_of(scene.triangles)
+        grid = GridArrays(
+            np.concatenate([lower, upper])[None], (upper - lower) / resolution, resolution,
+            np.zeros(int(n_cells) + 1, dtype=np.int64), np.zeros(0, dtype=np.int32),
+            settings.mailbox,
+        )  # fmt: skip
+        is_open = settings.overlap == "open"
+        touch = np.zeros(3) if is_open else cls._touch(grid, triangles.reach)
+        how = (touch, is_open, settings.assignment == "exact")
+
+        def insert_all(fill: bool, cursor: np.ndarray, text: str) -> None:
+            for first in range(0, len(scene), cls.CHUNK):
+                progress.report(first, len(scene), text)
+                last = min(first + cls.CHUNK, len(scene))
+                call(insert, grid, triangles.corners, boxes, first, last, *how, fill, cursor)
+            progress.report(len(scene), len(scene), text)
+
+        insert_all(False, grid.offsets[1:], "Grid: counting references")
+        np.cumsum(grid.offsets, out=grid.offsets)
+        n_references = int(grid.offsets[-1])
+        refuse_if_too_large(
+            4 * n_references, f"a grid with {n_references} references", "lower the resolution"
+        )
+        grid = grid._replace(references=np.empty(n_references, dtype=np.int32))
+        insert_all(True, grid.offsets[:-1].copy(), "Grid: filling cells")
+        return cls(scene, settings, grid, triangles)
+
+    @staticmethod
+    def _touch(grid: GridArrays, reach: np.ndarray) -> np.ndarray:
+        """Return the distance (3,) within which boxes touch; see TOUCH."""
+        # Far from the origin coordinates are coarse, however small the scene is.
+        return TOUCH * (grid.box[0, 3:] - grid.box[0, :3]) + 4 * ULPS * reach
+
+    def _counts(self) -> np.ndarray:
+        """Return the references per cell, (n_cells,) int64."""
+        return np.diff(self.arrays.offsets)
+
+    def cells(self) -> Cells:
+        """Return all cells; their number is that of the step log."""
+        box, size, resolution = self.arrays.box, self.arrays.cell_size, self.arrays.resolution
+        counts = self._counts()
+        refuse_if_too_large(
+            len(counts) * 160, f"drawing {len(counts)} cells", "lower the resolution"
+        )
+        index = np.stack(np.unravel_index(np.arange(len(counts)), tuple(resolution)), axis=1)
+        lower = box[0, :3] + index * size
+        upper = box[0, :3] + (index + 1) * size
+        return Cells(
+            np.concatenate([lower, upper], axis=1), np.arange(len(counts), dtype=np.int32),
+            np.zeros(len(counts), dtype=np.int32), np.ones(len(counts), dtype=bool),
+            counts.astype(np.int32),
+        )  # fmt: skip
+
+    def statistics(self) -> Statistics:
+        """Return the figures; a grid has no inner nodes, so C_trav does not enter its SAH."""
+        counts = self._counts()
+        area = surface_area(np.concatenate([np.zeros(3), self.arrays.cell_size]))
+        return Statistics.of_cells(
+            np.full(len(counts), area), np.ones(len(counts), dtype=bool), counts,
+            np.zeros(len(counts), dtype=np.int64), float(surface_area(self.arrays.box)[0]),
+            self.settings.C_trav, self.settings.C_isect,
+            {"resolution": self.arrays.resolution.tolist()},
+        )  # fmt: skip
+
+    def validate(self) -> list[str]:
+        """Check the lists, and that every triangle is in the cells of its corners."""
+        violations = []
+        offsets, references = self.arrays.offsets, self.arrays.references
+        if offsets[0] != 0 or offsets[-1] != len(references) or (np.diff(offsets) < 0).any():
+            violations.append("cell offsets do not partition the references")
+            return violations
+        if len(np.unique(references)) != len(self.scene):
+            violations.append("a triangle is in no cell")
+        cell_of = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+        same = cell_of[1:] == cell_of[:-1]
+        if (np.diff(references)[same] <= 0).any():
+            violations.append("a cell lists a triangle twice or out of order")
+        boxes = boxes_of(self.scene.triangles)[references]
+        cells = self.cells().boxes[cell_of]
+        tolerance = 2 * self._touch(self.arrays, self.triangles.reach)
+        apart = (boxes[:, :3] > cells[:, 3:] + tolerance) | (
+            boxes[:, 3:] < cells[:, :3] - tolerance
+        )
+        if apart.any():
+            violations.append("a cell lists a triangle whose box lies outside it")
+        return violations
+
+
+STRUCTURE = Grid

@@ -1,0 +1,103 @@
+"""The naive algorithm: every ray against every triangle, O(N) tests for one ray.
+
+The lecture's baseline, and the truth that all other structures are tested against.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry.box import surface_area
+from ..geometry.rays import ANY
+from ..geometry.triangle import Triangles, intersect, triangles_of
+from ..kernels import implements
+from ..progress import SILENT, Progress
+from ..scene import Scene
+from .contract import (
+    Cells,
+    Found,
+    Statistics,
+    Structure,
+    intersection_cost,
+    traversal_cost,
+    walk,
+)
+from .steps import HIT, TEST, VISIT_LEAF, note
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of the naive algorithm: only the constants of the cost model."""
+
+    C_trav: float = traversal_cost()
+    C_isect: float = intersection_cost()
+
+
+class NaiveArrays(NamedTuple):
+    """There is nothing to store but the box of the scene, (1, 6), which is drawn."""
+
+    box: np.ndarray
+
+
+@implements(walk, NaiveArrays)
+def walk_naive(structure, triangles, ray, number, workspace, log):
+    """Test every triangle; the scene is one leaf."""
+    best_t, best = np.inf, -1
+    tests = 0
+    note(log, VISIT_LEAF, 0, -1, 0.0, ray.t_max)
+    for i in range(len(triangles.ids)):
+        t = intersect(triangles, i, ray)
+        tests += 1
+        note(log, TEST, 0, i, t, t)
+        # Triangles come in ascending order, so of equal t the lowest id stays.
+        if t <= ray.t_max and t < best_t:
+            best_t, best = t, i
+            note(log, HIT, 0, i, t, t)
+            if ray.query == ANY:
+                break
+    return Found(best_t, best, 1, 1, 0, tests, 0, 0)
+
+
+class Naive(Structure):
+    """Every ray against every triangle."""
+
+    name = "naive"
+    label = "Naive"
+    summary = "Every ray against every triangle: the baseline and the truth"
+    Settings = Settings
+
+    arrays: NaiveArrays
+    triangles: Triangles
+
+    @classmethod
+    def build(cls, scene: Scene, settings: Settings, progress: Progress = SILENT) -> Naive:
+        """Wrap the scene; there is nothing to build."""
+        box = np.concatenate([scene.lower, scene.upper])[None]
+        return cls(scene, settings, NaiveArrays(box), triangles_of(scene))
+
+    def cells(self) -> Cells:
+        """Return the one cell, the scene's box."""
+        zero = np.zeros(1, dtype=np.int32)
+        return Cells(
+            self.arrays.box, zero, zero, np.ones(1, dtype=bool),
+            np.array([len(self.scene)], dtype=np.int32),
+        )  # fmt: skip
+
+    def statistics(self) -> Statistics:
+        """Return the figures of one leaf with everything in it."""
+        cells = self.cells()
+        area = surface_area(cells.boxes)
+        return Statistics.of_cells(
+            area, cells.is_leaf, cells.count, cells.depth, area[0],
+            self.settings.C_trav, self.settings.C_isect,
+        )  # fmt: skip
+
+    def validate(self) -> list[str]:
+        """Return nothing: there is nothing that could be wrong."""
+        return []
+
+
+STRUCTURE = Naive
