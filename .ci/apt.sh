@@ -11,7 +11,7 @@ elif [ "$(id -u)" = 0 ]; then
 elif sudo -n true 2>/dev/null; then
     as_root="sudo -n"
 else
-    echo "Please run this once: sudo $command" >&2
+    echo "Please run this once: sudo apt-get update && sudo $command" >&2
     exit 1
 fi
 echo "Installing with apt: $*"
