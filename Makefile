@@ -54,7 +54,7 @@ lint: venv
 types: venv
 	$(call say,Types)
 	@rm -rf build/types && mkdir -p build/types/accelscope
-	@for part in __init__.py addon core operators panels sample_scenes; do \
+	@for part in *.py addon core operators panels sample_scenes; do \
 		ln -s "../../../$$part" "build/types/accelscope/$$part"; done
 	@$(BIN)/mypy
 

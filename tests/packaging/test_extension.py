@@ -6,6 +6,7 @@ import importlib.util
 import json
 import os
 import subprocess
+import sys
 import sysconfig
 import tomllib
 import venv
@@ -76,14 +77,20 @@ def names_in(path: Path) -> list[str]:
         return archive.namelist()
 
 
-def test_zip_holds_all_modules_and_nothing_of_development(zips: dict[str, Path]) -> None:
+def tree_names() -> set[str]:
+    """Return the paths of all modules and data files of the package, seen from its root."""
     floors = ("addon", "core", "operators", "panels", "sample_scenes")
-    modules = {str(p.relative_to(ROOT)) for f in floors for p in (ROOT / f).rglob("*.py")}
-    data = {str(p.relative_to(ROOT)) for p in (ROOT / "sample_scenes" / "data").glob("*")}
+    files = {*ROOT.glob("*.py"), *(ROOT / "sample_scenes" / "data").glob("*")}
+    for floor in floors:
+        files.update((ROOT / floor).rglob("*.py"))
+    return {str(path.relative_to(ROOT)) for path in files}
+
+
+def test_zip_holds_all_modules_and_nothing_of_development(zips: dict[str, Path]) -> None:
     for path in zips.values():
         names = set(names_in(path))
         tops = {name.split("/")[0] for name in names}
-        assert modules | data <= names
+        assert tree_names() <= names
         assert {"__init__.py", "blender_manifest.toml", "LICENSE"} <= names
         assert not tops & {"tests", "build", "Makefile", "pyproject.toml", ".ci", ".gitignore"}
         assert not [name for name in names if "__pycache__" in name]
@@ -109,6 +116,17 @@ def test_full_zip_holds_every_wheel_for_every_python_but_no_numpy(zips: dict[str
 def test_bundled_versions_are_those_that_the_tests_run_with(build_extension: ModuleType) -> None:
     for name, version in build_extension.WHEELS.items():
         assert importlib.metadata.version(name) == version
+
+
+def test_pip_wheel_holds_all_modules_and_data(build_extension: ModuleType, tmp_path: Path) -> None:
+    # From a copy: setuptools leaves its build folder in the tree it builds from.
+    build_extension.stage(tmp_path / "tree", {})
+    pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps"]
+    subprocess.run([*pip, "--wheel-dir", tmp_path, tmp_path / "tree"], check=True)
+    (wheel,) = tmp_path.glob("accelscope-*.whl")
+    expected = {f"accelscope/{name}" for name in tree_names()}
+    assert expected <= set(names_in(wheel))
+    assert not [name for name in names_in(wheel) if name.startswith("accelscope/tests")]
 
 
 @pytest.mark.bpy
