@@ -1,0 +1,58 @@
+"""Sample scenes: generated, or made from the small models in ``data/``.
+
+One file per scene. They depend on NumPy and ``core`` only, so that they serve the command line and
+the tests as well as Blender.
+"""
+
+from __future__ import annotations
+
+from ..core.errors import InputError
+from ..core.scene import Scene
+from ..core.settings import parse, parse_spec
+from . import bunny, mount, sombrero, soup, suzanne, teapot_in_stadium, tetra
+from .sample import Sample
+
+__all__ = ["Sample", "make_sample", "sample_named", "samples"]
+
+
+def samples() -> dict[str, Sample]:
+    """Return every sample scene by name, in the order in which a menu shows them."""
+    table = (
+        suzanne.SAMPLE,
+        bunny.SAMPLE,
+        teapot_in_stadium.SAMPLE,
+        tetra.SAMPLE,
+        mount.SAMPLE,
+        sombrero.SAMPLE,
+        soup.SAMPLE,
+    )
+    return {sample.name: sample for sample in table}
+
+
+def sample_named(name: str) -> Sample:
+    """Return the sample scene called `name`.
+
+    Raises
+    ------
+    InputError
+        Listing the known names.
+    """
+    try:
+        return samples()[name]
+    except KeyError:
+        known = ", ".join(samples())
+        raise InputError(f"there is no sample scene '{name}'; known are: {known}") from None
+
+
+def make_sample(spec: str) -> Scene:
+    """Return the scene that ``NAME[:key=value,...]`` means, for example ``"tetra:depth=4"``.
+
+    Raises
+    ------
+    InputError
+        For an unknown name or setting, a value outside its limits, or a scene that does not fit
+        into memory; nothing is allocated before.
+    """
+    name, texts = parse_spec(spec)
+    sample = sample_named(name)
+    return sample.generate(parse(sample.Settings, texts, f"sample scene {name}"))

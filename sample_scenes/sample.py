@@ -1,0 +1,74 @@
+"""What every sample scene tells about itself."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.memory import refuse_if_too_large
+from ..core.scene import Scene
+from ..core.settings import check, to_json
+
+BYTES_PER_TRIANGLE = 400  # at the peak of generating; the finished scene keeps 80 of them
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A sample scene that can be generated.
+
+    Attributes
+    ----------
+    name : str
+        The name on the command line: ``sample:NAME``.
+    label, summary : str
+        The name in the panel, and one sentence about what the scene is good for.
+    Settings : type
+        The settings dataclass.
+    triangle_count : callable
+        Settings to the number of triangles, known before anything is generated.
+    generator : callable
+        Settings to scene; use :meth:`generate`, which checks the settings first.
+    """
+
+    name: str
+    label: str
+    summary: str
+    Settings: type
+    triangle_count: Callable[[Any], int]
+    generator: Callable[[Any], Scene]
+
+    def generate(self, settings: Any) -> Scene:
+        """Return the scene, with ``sample:NAME[:key=value,...]`` as its source.
+
+        Raises
+        ------
+        InputError
+            For a setting outside its limits, or a scene that does not fit into memory.
+        """
+        check(settings, f"sample scene {self.name}")
+        count = self.triangle_count(settings)
+        refuse_if_too_large(
+            count * BYTES_PER_TRIANGLE,
+            f"sample scene {self.name} with {count} triangles",
+            "lower its settings",
+        )
+        return dataclasses.replace(self.generator(settings), source=self.spec(settings))
+
+    def spec(self, settings: Any) -> str:
+        """Return the text that means this sample with these settings, defaults left out."""
+        defaults = to_json(self.Settings())
+        changed = [
+            f"{key}={value}" for key, value in to_json(settings).items() if value != defaults[key]
+        ]
+        return ":".join(["sample", self.name] + ([",".join(changed)] if changed else []))
+
+
+def load_data(name: str) -> dict[str, np.ndarray]:
+    """Return the arrays of a file in ``data/``; its README states where they come from."""
+    with np.load(Path(__file__).parent / "data" / name) as archive:
+        return dict(archive)
