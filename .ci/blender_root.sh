@@ -16,7 +16,7 @@
 set -euo pipefail
 
 # Raise this when the way the root is made changes; a cached root made another way is replaced.
-readonly RECIPE=1
+readonly RECIPE=2
 
 # python3-cattr and python3-requests: without them Blender's extension system does not register.
 # python3-numpy: bpy itself and the extension import it. x11-utils: xwininfo, to see what is shown.
@@ -84,11 +84,13 @@ if ! command -v debootstrap >/dev/null; then
   fi
 fi
 
-# The mirror this machine itself uses, so that no host name stands in the project. Both formats of
-# apt's sources are read; security mirrors have no sid.
+# The mirror this machine itself uses, so that no host name stands in the project: apt is asked, as
+# it reads both formats of its sources (and answers this before the first `apt-get update`). The
+# suite named like the release is the main archive; the security archive has no sid.
 mirror=${ACCELSCOPE_DEBIAN_MIRROR:-$(
-  apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' |
-    grep -v security | head -n 1 || true
+  codename=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)
+  apt-get --print-uris update |
+    sed -n "s|^'\\(.*\\)/dists/$codename/InRelease'.*|\\1|p" | head -n 1 || true
 )}
 [[ -n $mirror ]] || cannot "no Debian mirror in apt's sources: run ACCELSCOPE_DEBIAN_MIRROR=URL $0"
 
@@ -97,7 +99,7 @@ mirror=${ACCELSCOPE_DEBIAN_MIRROR:-$(
 rm -rf --one-file-system "$partial" "$root.old"
 mkdir -p "$partial"
 started=$SECONDS
-say "making $root from the suite sid of this machine's mirror (about three minutes)"
+say "making $root from the suite sid of this machine's mirror (one to three minutes)"
 
 # The host's way to the mirror (proxies, certificates, clock checks) is needed inside as well, but
 # only while packages are installed: it is read through APT_CONFIG and removed with $setup.
@@ -156,6 +158,8 @@ trap - EXIT INT TERM
 
 version=$(<"$setup/version")
 rm -rf --one-file-system "$setup"
+# Blender asks this file for the mounted file systems.
+ln -sf /proc/self/mounts "$partial/etc/mtab"
 # Where .ci/blender_window.sh mounts things; the root itself is read-only then.
 mkdir "$partial/accelscope" "$partial/script" "$partial/output" "$partial/wheels"
 printf '%s\n%s, made on %s in %s s, %s\n' "$recipe" "$version" "$(date -u +%F)" \
