@@ -34,9 +34,9 @@ WHEELS = dict(
     for line in PROJECT["optional-dependencies"]["extension"]
 )
 
-# What is inside the Blenders that the wheels go to, oldest and newest: 4.5 LTS and 5.0, 5.1 and
-# 5.2 LTS. What the wheels ask of NumPy is held against these.
-BLENDER_NUMPY = ("1.26.4", "2.3.4")
+# The NumPy inside the Blenders that the wheels go to: 4.5 LTS and 5.0; 5.1 and 5.2 LTS; Debian's
+# own 5.2. What the wheels ask of NumPy is held against these.
+BLENDER_NUMPY = ("1.26.4", "2.3.4", "2.4.6")
 
 # Blender's name of a platform: pip's name, and the Pythons of the Blenders made for it. 3.14 is
 # what Debian's own Blender 5.2 runs on.

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Install a zip into the Blender this runs in, switch it off and on, and tell what happened.
+"""Install a zip into the Blender this runs in, use it, and tell what happened.
 
-    python in_clean_blender.py ZIP REPORT.json
+    python in_clean_blender.py ZIP REPORT.json ARGUMENT ...
+
+The arguments are those of the command ``accelscope``; it is run out of the installed extension.
 
 Run by test_extension.py in an environment that holds nothing but Blender.
 """
 
+import importlib
 import importlib.util
 import json
 import sys
@@ -36,7 +39,7 @@ def where(module: str) -> str | None:
 
 def main() -> None:
     """Do it all and write the report."""
-    zip_path, report_path = sys.argv[1:]
+    zip_path, report_path, *arguments = sys.argv[1:]
     before = registered()
     bpy.ops.extensions.package_install_files(
         filepath=zip_path, repo="user_default", enable_on_install=True
@@ -58,6 +61,11 @@ def main() -> None:
         bpy.ops.preferences.addon_enable(module=MODULE)
         leftovers += sorted(registered() ^ before ^ added)
     report["leftovers"] = leftovers
+
+    report["exit_code"] = importlib.import_module(f"{MODULE}.addon.command").main(arguments)
+    folder = Path(sys.modules[MODULE].__file__ or "").parent
+    report["folder"] = str(folder)
+    report["compiled_beside_the_code"] = [str(path) for path in folder.rglob("*.nb[ci]")]
 
     # A handler that is still there when Python exits can hang Blender 4.5.
     bpy.ops.preferences.addon_disable(module=MODULE)
