@@ -26,7 +26,7 @@ def triangle_count(settings: Settings) -> int:
 
 
 def generate(settings: Settings) -> Scene:
-    """Return the scene; z is up, the bunny is about 9.7 units high and looks along -y."""
+    """Return the scene; z is up, the bunny is about 9.7 units high and its head points to -x."""
     data = load_data("bunny.npz")
     x, y, z = data["points"].astype(np.float64).T
     upright = np.stack([x, -z, y], axis=1)  # a quarter turn: y is up in the file

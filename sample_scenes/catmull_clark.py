@@ -76,6 +76,11 @@ def subdivide(
          n + edge_of_corner[preceding]],
         axis=1,
     )  # fmt: skip
+    # The child at corner i of a quad starts so that this corner is its own i-th, as in OpenSubdiv:
+    # all children turn alike, and their diagonals run parallel when they are cut into triangles.
+    place = np.arange(len(corners)) - first[face_of_corner]
+    turn = np.where(sizes[face_of_corner] == 4, place, 0)
+    quads = np.take_along_axis(quads, (np.arange(4) - turn[:, None]) % 4, axis=1)
     return (
         np.concatenate([moved, edge_points, face_points]),
         quads.reshape(-1),
@@ -83,18 +88,30 @@ def subdivide(
     )
 
 
-def triangulate(corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+def triangulate(points: np.ndarray, corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Return the faces as triangles, each polygon as a fan from its first corner.
+
+    A quad that folds over along that diagonal is cut along the other one, as Blender does.
 
     Returns
     -------
     (sum of (sizes - 2), 3) int
         Vertex indices, in the order of the faces.
     """
-    face = np.repeat(np.arange(len(sizes)), sizes - 2)
-    first = (np.cumsum(sizes) - sizes)[face]
-    step = np.arange(len(face)) - (np.cumsum(sizes - 2) - (sizes - 2))[face]
-    return np.stack([corners[first], corners[first + step + 1], corners[first + step + 2]], axis=1)
+    counts = sizes - 2
+    first_triangle = np.cumsum(counts) - counts
+    face = np.repeat(np.arange(len(sizes)), counts)
+    start = (np.cumsum(sizes) - sizes)[face]
+    step = np.arange(len(face)) - first_triangle[face]
+    triangles = np.stack([corners[start], corners[start + step + 1], corners[start + step + 2]], 1)
+
+    p = points[triangles]
+    normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    one = first_triangle[sizes == 4]
+    folded = one[np.einsum("ij,ij->i", normals[one], normals[one + 1]) < 0.0]
+    triangles[folded, 2] = triangles[folded + 1, 2]  # (0, 1, 2), (0, 2, 3) becomes
+    triangles[folded + 1, 0] = triangles[folded, 1]  # (0, 1, 3), (1, 2, 3)
+    return triangles
 
 
 def _sum_by(index: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:

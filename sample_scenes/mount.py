@@ -84,6 +84,9 @@ def grow_mountain(size_factor: int) -> np.ndarray:
     width = 2**size_factor  # of a square, in cells of the finest grid
     cell = 2.0 / width
 
+    def displaced(x: np.ndarray, y: np.ndarray, mean: np.ndarray, rise: float) -> np.ndarray:
+        return mean + rise * gauss(MOUNTAIN_NUMBER + grid_hash(x, y, size_factor))
+
     # All squares of one level: grid place (x, y) of the lower left corner, heights of the corners
     # counter-clockwise from there.
     x = y = np.zeros(1, dtype=np.int64)
@@ -91,9 +94,6 @@ def grow_mountain(size_factor: int) -> np.ndarray:
     while width > 1:
         half = width // 2
         rise = half * cell * roughness
-
-        def displaced(x: np.ndarray, y: np.ndarray, mean: np.ndarray, rise: float) -> np.ndarray:
-            return mean + rise * gauss(MOUNTAIN_NUMBER + grid_hash(x, y, size_factor))
 
         lower = displaced(x + half, y, (z00 + z10) / 2.0, rise)
         right = displaced(x + width, y + half, (z10 + z11) / 2.0, rise)
@@ -129,8 +129,8 @@ def grid_hash(x: np.ndarray, y: np.ndarray, size_factor: int) -> np.ndarray:
 def gauss(seeds: np.ndarray) -> np.ndarray:
     """Return one normally distributed number per seed, (n,) float64.
 
-    The polar method of Box, Muller and Marsaglia on a linear congruential generator, so that the
-    numbers are the same on every machine.
+    Marsaglia's polar method on a linear congruential generator, so that the numbers are the same
+    on every machine.
     """
     state = seeds.copy()
     v1, square = np.zeros(len(seeds)), np.ones(len(seeds))

@@ -41,7 +41,7 @@ def generate(settings: Settings) -> Scene:
     corners, sizes = data["corners"].astype(np.int64), data["sizes"].astype(np.int64)
     for _ in range(settings.subdivisions):
         points, corners, sizes = subdivide(points, corners, sizes)
-    return Scene.from_triangles(points[triangulate(corners, sizes)], "suzanne")
+    return Scene.from_triangles(points[triangulate(points, corners, sizes)], "suzanne")
 
 
 SAMPLE = Sample(

@@ -2,8 +2,8 @@
 
 A uniform grid divides the stadium into equal cells, and the whole teapot falls into one or two
 of them: however fine the grid, most rays that matter test the whole teapot. Structures that adapt
-to where the triangles are do not mind. The name is Eric Haines' (Spline surface rendering, and
-what's wrong with octrees, Ray Tracing News 1(2), 1988).
+to where the triangles are do not mind. The problem has gone by this name since the Ray Tracing News
+of the 1980s.
 
 The teapot is Martin Newell's of 1975: 32 bicubic Bezier patches (``data/README.md``), each
 tessellated n x n. The stadium is a level pitch within four rising stands.
