@@ -48,6 +48,19 @@ def kernel(function: Callable) -> Callable:
     return numba.njit(nogil=True, cache=_prepare_cache(), error_model="numpy")(function)
 
 
+def inlined(function: Callable) -> Callable:
+    """Like :func:`kernel`, for innermost loops: compiled into every caller instead of called.
+
+    A call passes every number of a ray and every field of every array on its own.
+    """
+    if not HAS_NUMBA:
+        return function
+    import numba
+
+    options = {"nogil": True, "error_model": "numpy", "forceinline": True}
+    return numba.njit(cache=_prepare_cache(), **options)(function)
+
+
 def dispatched(function: Callable) -> Callable:
     """Declare a kernel with one implementation per type of its first argument.
 

@@ -8,45 +8,40 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import inlined
 
 MISS = np.inf
 """What :func:`enter_box` returns for a ray that misses."""
 
 
-@kernel
+@inlined
 def enter_box(boxes, index, ray, limit):
     """Return the t at which the ray enters a box, or MISS if it does not by t = `limit`.
 
-    A ray that starts inside enters at 0. A NaN arises where the ray lies in a slab's plane
-    (0 * inf); every comparison with it is false, so that slab is taken as no restriction.
+    A ray that starts inside enters at 0. Each slab is crossed from `low` to `high` or the other way
+    round. Where the ray lies in a slab's plane, 0 * inf is NaN: it is passed on by ``b if b < a
+    else a`` and then ignored, so that this plane is no restriction.
     """
     enter, leave = 0.0, limit
-    t = (boxes[index, ray.side_x] - ray.near_x) * ray.ix
+    low = (boxes[index, 0] - ray.low_x) * ray.ix
+    high = (boxes[index, 3] - ray.high_x) * ray.ix
+    t = high if high < low else low
     enter = t if t > enter else enter
-    t = (boxes[index, 1 + ray.side_y] - ray.near_y) * ray.iy
-    enter = t if t > enter else enter
-    t = (boxes[index, 2 + ray.side_z] - ray.near_z) * ray.iz
-    enter = t if t > enter else enter
-    t = (boxes[index, 3 - ray.side_x] - ray.far_x) * ray.ix
+    t = low if high < low else high
     leave = t if t < leave else leave
-    t = (boxes[index, 4 - ray.side_y] - ray.far_y) * ray.iy
+    low = (boxes[index, 1] - ray.low_y) * ray.iy
+    high = (boxes[index, 4] - ray.high_y) * ray.iy
+    t = high if high < low else low
+    enter = t if t > enter else enter
+    t = low if high < low else high
     leave = t if t < leave else leave
-    t = (boxes[index, 5 - ray.side_z] - ray.far_z) * ray.iz
+    low = (boxes[index, 2] - ray.low_z) * ray.iz
+    high = (boxes[index, 5] - ray.high_z) * ray.iz
+    t = high if high < low else low
+    enter = t if t > enter else enter
+    t = low if high < low else high
     leave = t if t < leave else leave
     return enter if enter <= leave else MISS
-
-
-@kernel
-def leave_box(boxes, index, ray):
-    """Return the t at which the ray leaves a box; meaningful only if it enters."""
-    leave = np.inf
-    t = (boxes[index, 3 - ray.side_x] - ray.far_x) * ray.ix
-    leave = t if t < leave else leave
-    t = (boxes[index, 4 - ray.side_y] - ray.far_y) * ray.iy
-    leave = t if t < leave else leave
-    t = (boxes[index, 5 - ray.side_z] - ray.far_z) * ray.iz
-    return t if t < leave else leave
 
 
 def boxes_of(triangles: np.ndarray) -> np.ndarray:

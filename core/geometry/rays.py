@@ -5,7 +5,7 @@ A ray is ``o + t d`` with ``0 <= t <= t_max``; d need not have unit length.
 Slack
 -----
 Every slab test of a ray is widened by a few units in the last place of the coordinates involved,
-by using ``o + slack`` for the near planes and ``o - slack`` for the far ones; it costs nothing in
+by using ``o + slack`` for the low planes and ``o - slack`` for the high ones; it costs nothing in
 the loop. A hit is clamped into the slab interval of its own triangle's box (see
 :mod:`.triangle`). Since floating-point subtraction and multiplication are monotonic, the interval
 of any box around that triangle contains it: no structure can lose a hit to rounding, and all of
@@ -136,9 +136,9 @@ class RayArrays(NamedTuple):
 class Ray(NamedTuple):
     """One ray inside kernels, with everything precomputed that does not change along it.
 
-    ``near_*``/``far_*`` are the origin moved by the slack for near and far planes; ``side_*`` is 0
-    where the ray ascends the axis and 3 where it descends: the column of the near plane in a box
-    ``[x0, y0, z0, x1, y1, z1]``. ``kx, ky, kz`` and ``shear_*`` serve the triangle test.
+    ``low_*`` and ``high_*`` are the origin moved by the slack, for the low and the high plane of a
+    slab. ``kx, ky, kz``, ``shear_*`` and the permuted origin ``ok*`` serve the triangle test; the
+    former are unsigned, for which Numba omits the look at negative indices.
     """
 
     ox: float
@@ -150,15 +150,12 @@ class Ray(NamedTuple):
     ix: float
     iy: float
     iz: float
-    near_x: float
-    near_y: float
-    near_z: float
-    far_x: float
-    far_y: float
-    far_z: float
-    side_x: int
-    side_y: int
-    side_z: int
+    low_x: float
+    low_y: float
+    low_z: float
+    high_x: float
+    high_y: float
+    high_z: float
     kx: int
     ky: int
     kz: int
@@ -176,10 +173,9 @@ class Ray(NamedTuple):
 def make_ray(rays, index, reach):
     """Return ray number `index` of the batch; `reach` is the scene's largest |coordinate|, (3,)."""
     o, d, inverse = rays.origins[index], rays.directions[index], rays.inverse[index]
-    # The slack has the sign of the direction, so near planes move back and far planes away.
-    slack_x = np.copysign(ULPS * (abs(o[0]) + reach[0]), d[0])
-    slack_y = np.copysign(ULPS * (abs(o[1]) + reach[1]), d[1])
-    slack_z = np.copysign(ULPS * (abs(o[2]) + reach[2]), d[2])
+    slack_x = ULPS * (abs(o[0]) + reach[0])
+    slack_y = ULPS * (abs(o[1]) + reach[1])
+    slack_z = ULPS * (abs(o[2]) + reach[2])
     # The triangle test looks along the axis of the largest component of d.
     kz = 0
     if abs(d[1]) > abs(d[kz]):
@@ -192,8 +188,7 @@ def make_ray(rays, index, reach):
         o[0], o[1], o[2], d[0], d[1], d[2], inverse[0], inverse[1], inverse[2],
         o[0] + slack_x, o[1] + slack_y, o[2] + slack_z,
         o[0] - slack_x, o[1] - slack_y, o[2] - slack_z,
-        0 if d[0] >= 0 else 3, 0 if d[1] >= 0 else 3, 0 if d[2] >= 0 else 3,
-        kx, ky, kz, o[kx], o[ky], o[kz],
+        np.uint64(kx), np.uint64(ky), np.uint64(kz), o[kx], o[ky], o[kz],
         d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz],
         rays.t_max[index], rays.queries[index],
     )  # fmt: skip

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import inlined, kernel
 
 NO_HIT = np.inf
 
@@ -52,7 +52,7 @@ def triangles_of(scene, order: np.ndarray | None = None) -> Triangles:
     return Triangles(corners[order], order.astype(np.int32), reach)
 
 
-@kernel
+@inlined
 def intersect(triangles, index, ray):
     """Return the t at which the ray hits triangle `index`, or NO_HIT.
 
@@ -96,15 +96,13 @@ def clamp_to_own_box(corners, index, ray, t):
         p, q, r = corners[index, 0, axis], corners[index, 1, axis], corners[index, 2, axis]
         low, high = min(p, q, r), max(p, q, r)
         if axis == 0:
-            side, near, far, inverse = ray.side_x, ray.near_x, ray.far_x, ray.ix
+            low, high = (low - ray.low_x) * ray.ix, (high - ray.high_x) * ray.ix
         elif axis == 1:
-            side, near, far, inverse = ray.side_y, ray.near_y, ray.far_y, ray.iy
+            low, high = (low - ray.low_y) * ray.iy, (high - ray.high_y) * ray.iy
         else:
-            side, near, far, inverse = ray.side_z, ray.near_z, ray.far_z, ray.iz
-        if side != 0:
-            low, high = high, low
-        t_near = (low - near) * inverse
-        t_far = (high - far) * inverse
+            low, high = (low - ray.low_z) * ray.iz, (high - ray.high_z) * ray.iz
+        t_near = high if high < low else low
+        t_far = low if high < low else high
         enter = t_near if t_near > enter else enter
         leave = t_far if t_far < leave else leave
     if enter > leave:

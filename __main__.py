@@ -1,0 +1,7 @@
+"""``python -m accelscope``: the command line."""
+
+import sys
+
+from .addon.command import main
+
+sys.exit(main())

@@ -1,0 +1,320 @@
+"""The command line ``accelscope``: the same on a terminal and as ``blender --command accelscope``.
+
+This module imports no ``bpy``; a ``.blend`` brings it in when one is opened.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import InputError
+from ..core.evaluation.workloads import WORKLOADS, workload_named
+from ..core.files import load_mesh_file
+from ..core.kernels import HAS_NUMBA
+from ..core.progress import SILENT, Progress, TerminalProgress
+from ..core.scene import Scene
+from ..core.settings import describe, parse, parse_spec
+from ..core.structures import structure_named, structures
+from ..sample_scenes import make_sample, samples
+
+EXAMPLES = """\
+examples:
+  accelscope list
+  accelscope evaluate bunny.obj --structure bvh grid --rays camera
+  accelscope evaluate sample:tetra --structure grid:resolution=35x35x35,mailbox=true \\
+      --rays random_lines:count=100000 --json result.json
+"""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="accelscope",
+        description="Build, trace and measure ray-tracing acceleration structures.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    lists = commands.add_parser("list", help="structures, rays and sample scenes, with settings")
+    lists.add_argument("--json", action="store_true", help="as JSON")
+
+    evaluate = commands.add_parser(
+        "evaluate",
+        help="build every structure over every scene and trace every set of rays",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = evaluate.add_argument
+    add("scenes", nargs="*", metavar="SCENE", help="a mesh file, a .blend or sample:NAME[:key=value,...]")
+    add("--structure", nargs="+", required=True, metavar="SPEC", action="extend",
+        help="name[:key=value,...], or all")  # fmt: skip
+    add("--rays", nargs="+", required=True, metavar="SPEC", action="extend",
+        help="camera, random_lines or file, with [:key=value,...]")  # fmt: skip
+    add("--json", metavar="PATH", help="write the records as JSON; - is standard output")
+    add("--csv", metavar="PATH", help="write the records as CSV")
+    add("--hits", metavar="PATH.npz", help="write hits and counters of every ray")
+    add("--pictures", metavar="DIR", help="write pictures of the cells over the mesh, and a page")
+    add("--threads", type=int, default=0, metavar="N", help="0, the default, takes every core")
+    add("--quiet", action="store_true", help="print no table and no progress")
+    return parser
+
+
+def main(
+    argv: Sequence[str] | None = None, open_file: Callable[[], Scene] | None = None
+) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments after the program's name; those of the process by default.
+    open_file : callable, optional
+        Returns the scene of the file open in Blender; used when no SCENE is given.
+
+    Returns
+    -------
+    int
+        Exit code: 0, or 2 after one line on standard error.
+    """
+    parser = make_parser()
+    try:
+        arguments, rest = parser.parse_known_args(argv)
+        if rest:
+            raise InputError(f"unknown argument {rest[0]}; see: accelscope {arguments.command} -h")
+        if arguments.command == "list":
+            print(list_json() if arguments.json else list_text())
+        else:
+            evaluate(arguments, open_file)
+    except SystemExit as stop:  # argparse has printed help (0) or its own one line (2)
+        return int(stop.code or 0)
+    except (InputError, MemoryError) as error:
+        message = str(error) or "out of memory; use a smaller scene or resolution"
+        print(f"accelscope: error: {' '.join(message.split())}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("accelscope: error: stopped", file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of a pipe has gone; nobody is left to tell
+    return 0
+
+
+# ----------------------------------------------------------------------------------------- list
+
+
+def everything() -> dict[str, dict[str, Any]]:
+    """Return all structures, workloads and sample scenes by kind and name."""
+    return {"structures": structures(), "rays": WORKLOADS, "samples": samples()}
+
+
+def list_json() -> str:
+    """Return names and settings as JSON."""
+    listing = {
+        kind: [
+            {
+                "name": name,
+                "label": entry.label,
+                "summary": entry.summary,
+                "settings": describe(entry.Settings),
+            }
+            for name, entry in entries.items()
+        ]
+        for kind, entries in everything().items()
+    }
+    return json.dumps({"schema": "accelscope/1", **listing}, indent=1)
+
+
+def list_text() -> str:
+    """Return names and settings for a person."""
+    lines = []
+    for kind, entries in everything().items():
+        lines.append(kind)
+        for name, entry in entries.items():
+            lines.append(f"  {name}: {entry.summary}")
+            for row in describe(entry.Settings):
+                default = row["default"]
+                if row.get("unset"):
+                    default = row["unset"]
+                elif isinstance(default, list):
+                    default = "x".join(f"{value:g}" for value in default)
+                elif isinstance(default, bool):
+                    default = str(default).lower()
+                lines.append(f"      {row['key']}={default}  {row['description']}; {row['takes']}")
+        lines.append("")
+    return "\n".join(lines).rstrip()
+
+
+# ------------------------------------------------------------------------------------- evaluate
+
+
+def open_scene(argument: str) -> Scene:
+    """Return the scene that an argument of the command line names.
+
+    Raises
+    ------
+    InputError
+        If there is no such scene, or it cannot be read.
+    """
+    if argument.startswith("sample:"):
+        return make_sample(argument.removeprefix("sample:"))
+    if argument.lower().endswith(".blend"):
+        if not Path(argument).is_file():
+            raise InputError(f"there is no file {argument}")
+        try:
+            import bpy  # noqa: F401
+        except ImportError:
+            raise InputError(
+                f"reading {argument} needs Blender; install it with: "
+                "pip install 'accelscope[blender]'"
+            ) from None
+        from .extraction import load_blend
+
+        return load_blend(argument)
+    return load_mesh_file(argument)
+
+
+def structure_specs(texts: Sequence[str]) -> list[tuple[type, Any]]:
+    """Return (structure, settings) for the texts of ``--structure``; ``all`` is every structure."""
+    chosen = []
+    for text in texts:
+        name, values = parse_spec(text)
+        if name == "all" and not values:
+            chosen += [(entry, entry.Settings()) for entry in structures().values()]
+            continue
+        entry = structure_named(name)
+        chosen.append((entry, parse(entry.Settings, values, f"structure {name}")))
+    return chosen
+
+
+def workload_specs(texts: Sequence[str]) -> list[tuple[type, Any]]:
+    """Return (workload, settings) for the texts of ``--rays``."""
+    chosen = []
+    for text in texts:
+        name, values = parse_spec(text)
+        entry = workload_named(name)
+        chosen.append((entry, parse(entry.Settings, values, f"rays {name}")))
+    return chosen
+
+
+def evaluate(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> None:
+    """Run every combination, then write what was asked for.
+
+    Raises
+    ------
+    InputError
+        For whatever is wrong with the arguments, the scenes or the places to write to.
+    """
+    # Everything that can be refused is looked at before the first long computation.
+    chosen_structures = structure_specs(arguments.structure)
+    chosen_workloads = workload_specs(arguments.rays)
+    if arguments.threads < 0 or arguments.threads > 1024:
+        raise InputError(f"--threads must be 0 to 1024, not {arguments.threads}")
+    if not arguments.scenes and open_file is None:
+        raise InputError("name at least one SCENE: a mesh file, a .blend or sample:NAME")
+    scenes = max(len(arguments.scenes), 1)
+    runs = scenes * len(chosen_structures) * len(chosen_workloads)
+    if arguments.hits and runs != 1:
+        raise InputError(
+            f"--hits takes one scene, structure and set of rays, not {runs} combinations"
+        )
+    for path in (arguments.json, arguments.csv, arguments.hits):
+        if path and path != "-":
+            refuse_unwritable(Path(path))
+    if arguments.pictures:
+        refuse_unwritable(Path(arguments.pictures) / "index.html")
+
+    from ..core.evaluation.experiment import build, make_record, trace_rays
+    from ..core.evaluation.report import table, to_json_text, write_csv, write_text
+
+    progress = SILENT if arguments.quiet else TerminalProgress()
+    if not HAS_NUMBA and not arguments.quiet:
+        print("accelscope: no Numba here: kernels run as slow plain Python", file=sys.stderr)
+    gallery = None
+    if arguments.pictures:
+        from ..core.evaluation.pictures import Gallery
+
+        gallery = Gallery(Path(arguments.pictures))
+    records = []
+    for argument in arguments.scenes or [None]:
+        scene = open_scene(argument) if argument is not None else open_file()  # type: ignore[misc]
+        if scene.dropped and not arguments.quiet:
+            print(
+                f"accelscope: {scene.name}: {scene.dropped} triangles with NaN or infinite "
+                "vertices are left out", file=sys.stderr,
+            )  # fmt: skip
+        rays_of = [workload.make(scene, settings) for workload, settings in chosen_workloads]
+        for structure_type, settings in chosen_structures:
+            announce_compilation(structure_type, progress)
+            built = build(scene, structure_type, settings, progress)
+            for (workload, workload_settings), rays in zip(
+                chosen_workloads, rays_of, strict=True
+            ):
+                traced = trace_rays(
+                    built, workload, workload_settings, rays, arguments.threads, progress
+                )
+                records.append(make_record(built, traced))
+                if arguments.hits:
+                    write_hits(Path(arguments.hits), scene, traced)
+            if gallery:
+                gallery.add(built, records[-len(chosen_workloads) :])
+    if arguments.json and arguments.json != "-":
+        write_text(arguments.json, to_json_text(records) + "\n")
+    if arguments.csv:
+        write_csv(arguments.csv, records)
+    if gallery:
+        gallery.write_page()
+    if arguments.json == "-":
+        print(to_json_text(records))
+    elif not arguments.quiet:
+        print(table(records))
+
+
+def announce_compilation(structure_type: type, progress: Progress) -> None:
+    """Say that kernels are about to be compiled, where somebody reads along."""
+    from ..core.kernels import is_warm
+
+    if isinstance(progress, TerminalProgress) and not is_warm(structure_type.name):
+        print(
+            f"accelscope: compiling {structure_type.name}, once after installation",
+            file=sys.stderr,
+        )
+
+
+def refuse_unwritable(path: Path) -> None:
+    """Raise InputError if a file cannot be written at `path`, before anything is computed."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            raise IsADirectoryError(21, "it is a folder")
+        existed = path.exists()
+        with path.open("ab"):
+            pass
+        if not existed:
+            path.unlink()
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
+
+
+def write_hits(path: Path, scene: Scene, traced: Any) -> None:
+    """Write t, primitive (index in the file's order) and the counters of every ray."""
+    from ..core.structures.steps import COUNTER_NAMES
+
+    primitive = traced.hits.primitive
+    in_file = np.where(primitive >= 0, scene.primitive_ids[primitive], -1).astype(np.int32)
+    with path.open("wb") as file:
+        np.savez_compressed(
+            file, t=traced.hits.t, primitive=in_file, ray_class=traced.rays.classes,
+            **{name: traced.counters[name] for name in COUNTER_NAMES},
+        )  # fmt: skip
+
+
+if __name__ == "__main__":
+    sys.exit(main())

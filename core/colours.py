@@ -1,0 +1,66 @@
+"""Colours of cells: one ramp for the overlay, for baked meshes and for pictures.
+
+The ramp runs from blue over green to orange in even steps of hue. Its stops were chosen in the
+OKLCH colour space with a lightness between 0.62 and 0.88, so that all of it stands out both from
+the dark grey of Blender's viewport and from the light grey of a shaded mesh, which the dark ends
+of viridis and turbo do not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Nine stops at even distances, sRGB in 0 to 255.
+_STOPS = np.array([
+    (105, 119, 240), (3, 154, 248), (6, 180, 216), (9, 203, 196), (13, 225, 158),
+    (155, 231, 102), (223, 213, 17), (241, 170, 13), (250, 124, 32),
+]) / 255.0  # fmt: skip
+
+INNER_COLOUR = (0.62, 0.62, 0.66)
+"""Cells without a figure of their own: inner nodes when cells are coloured by count."""
+
+
+def ramp(fractions: np.ndarray) -> np.ndarray:
+    """Return the ramp's colours, (n, 3) float64 in sRGB from 0 to 1, for (n,) fractions."""
+    position = np.clip(np.asarray(fractions, dtype=np.float64), 0.0, 1.0) * (len(_STOPS) - 1)
+    return np.stack(
+        [np.interp(position, np.arange(len(_STOPS)), channel) for channel in _STOPS.T], axis=-1
+    )
+
+
+def depth_colours(values: np.ndarray, maximum: int) -> np.ndarray:
+    """Return the colours of cells by depth.
+
+    Parameters
+    ----------
+    values : (n,) array_like of int
+        Depth of each cell.
+    maximum : int
+        Depth that gets the last colour; 0 is allowed.
+
+    Returns
+    -------
+    (n, 3) float64
+        sRGB, 0 to 1.
+    """
+    return ramp(np.asarray(values) / max(maximum, 1))
+
+
+def count_colours(values: np.ndarray, maximum: int) -> np.ndarray:
+    """Return the colours of cells by their number of primitives, on a logarithmic scale.
+
+    Logarithmic, because a grid has many cells with a few primitives and a few with thousands.
+
+    Parameters
+    ----------
+    values : (n,) array_like of int
+        Primitives in each cell.
+    maximum : int
+        Number that gets the last colour; 0 is allowed.
+
+    Returns
+    -------
+    (n, 3) float64
+        sRGB, 0 to 1.
+    """
+    return ramp(np.log1p(values) / np.log1p(max(maximum, 1)))

@@ -1,0 +1,1 @@
+"""Metrics, workloads (named ray sets), experiments, records, reports and pictures."""

@@ -1,0 +1,147 @@
+"""An experiment: scene x structure x workload, and the record that comes of it.
+
+The record is the one place figures come from: the panel, the table, CSV, JSON and the HTML page all
+show records. Its form is ``accelscope/1``; times are wall-clock seconds.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..geometry.rays import ALL, Rays
+from ..kernels import is_warm, mark_warm
+from ..progress import SILENT, Progress
+from ..scene import Scene
+from ..settings import to_json
+from ..structures.contract import Counters, Hits, Structure
+from .workloads import Workload
+
+SCHEMA = "accelscope/1"
+
+
+@dataclass(frozen=True)
+class Built:
+    """A structure and the seconds its build took."""
+
+    structure: Structure
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Traced:
+    """A traced workload: what it was, its rays, what they hit, what it cost."""
+
+    workload: type[Workload]
+    settings: Any
+    rays: Rays
+    hits: Hits
+    counters: Counters
+    seconds: float
+
+
+def build(
+    scene: Scene, structure_type: type[Structure], settings: Any, progress: Progress = SILENT
+) -> Built:
+    """Build a structure and measure the time, compilation of its kernels left out.
+
+    Raises
+    ------
+    InputError
+        When the settings ask for more memory than there is.
+    Cancelled
+        From `progress`.
+    """
+    warm_up(structure_type, progress)
+    start = time.perf_counter()
+    structure = structure_type.build(scene, settings, progress)
+    return Built(structure, time.perf_counter() - start)
+
+
+def warm_up(structure_type: type[Structure], progress: Progress = SILENT) -> None:
+    """Compile the kernels of a structure, or load them from the cache; announce a compilation."""
+    name = structure_type.name
+    if not is_warm(name):
+        progress.report(0, 1, f"Compiling {name} (once after installation)")
+    triangle = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
+    tiny = Scene.from_triangles(np.concatenate([triangle, triangle + 1.0]), "warm-up")
+    structure = structure_type.build(tiny, structure_type.Settings())
+    ray = Rays.from_arrays(np.zeros((1, 3)), np.ones((1, 3)))
+    structure.trace(ray, ALL, threads=1)
+    mark_warm(name)
+
+
+def trace(
+    built: Built,
+    workload: type[Workload],
+    settings: Any,
+    threads: int = 0,
+    progress: Progress = SILENT,
+) -> Traced:
+    """Make the rays of a workload, trace them and measure the time of the tracing alone.
+
+    Raises
+    ------
+    InputError
+        When the workload's settings do not fit the scene.
+    Cancelled
+        From `progress`.
+    """
+    rays = workload.make(built.structure.scene, settings)
+    return trace_rays(built, workload, settings, rays, threads, progress)
+
+
+def trace_rays(
+    built: Built,
+    workload: type[Workload],
+    settings: Any,
+    rays: Rays,
+    threads: int = 0,
+    progress: Progress = SILENT,
+) -> Traced:
+    """Trace rays that a workload has made already, to use them for several structures."""
+    start = time.perf_counter()
+    hits, counters = built.structure.trace(rays, threads=threads, progress=progress)
+    return Traced(workload, settings, rays, hits, counters, time.perf_counter() - start)
+
+
+def make_record(built: Built, traced: Traced | None) -> dict[str, Any]:
+    """Return the JSON-ready record of an experiment; without rays if none were traced."""
+    structure = built.structure
+    scene = structure.scene
+    record: dict[str, Any] = {
+        "scene": {
+            "name": scene.name,
+            "source": scene.source,
+            "triangles": len(scene),
+            "dropped_triangles": scene.dropped,
+            "bounds": [scene.lower.tolist(), scene.upper.tolist()],
+        },
+        "structure": {"name": structure.name, "settings": to_json(structure.settings)},
+        "build": {"seconds": built.seconds, "bytes": structure.memory()},
+        "statistics": structure.statistics().to_json(),
+    }
+    if traced is None:
+        return record
+    classes = np.bincount(traced.rays.classes, minlength=len(traced.rays.class_names))
+    hit = traced.hits.primitive >= 0
+    hits_by_class = np.bincount(
+        traced.rays.classes[hit], minlength=len(traced.rays.class_names)
+    )
+    record["rays"] = {
+        "name": traced.workload.name,
+        "settings": to_json(traced.settings),
+        "count": len(traced.rays),
+        "classes": dict(zip(traced.rays.class_names, classes.tolist(), strict=True)),
+    }
+    record["trace"] = {
+        "seconds": traced.seconds,
+        "rays_per_second": len(traced.rays) / max(traced.seconds, 1e-9),
+        "hits": int(hit.sum()),
+        "hits_by_class": dict(zip(traced.rays.class_names, hits_by_class.tolist(), strict=True)),
+        **traced.counters.means(),
+    }
+    return record

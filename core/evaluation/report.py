@@ -1,0 +1,169 @@
+"""Reports: records as JSON, CSV, a table for the terminal, and rows for the panel."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..memory import in_words
+from .experiment import SCHEMA
+
+Record = dict[str, Any]
+
+
+def to_json_text(records: Sequence[Record]) -> str:
+    """Return the JSON document of records, in full precision."""
+    return json.dumps({"schema": SCHEMA, "records": list(records)}, indent=1, allow_nan=False)
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text file, making its folder.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written to.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
+
+
+def write_json(path: str | Path, records: Sequence[Record]) -> None:
+    """Write records as JSON."""
+    write_text(path, to_json_text(records) + "\n")
+
+
+def write_csv(path: str | Path, records: Sequence[Record]) -> None:
+    """Write records as CSV, one row each: nested names joined by dots, lists by spaces."""
+    rows = [flatten(record) for record in records]
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, columns, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, buffer.getvalue())
+
+
+def flatten(record: Record, prefix: str = "") -> dict[str, Any]:
+    """Return nested mappings as one: ``{"trace": {"N_IT": 2}}`` is ``{"trace.N_IT": 2}``."""
+    flat: dict[str, Any] = {}
+    for name, value in record.items():
+        if isinstance(value, dict):
+            flat |= flatten(value, f"{prefix}{name}.")
+        elif isinstance(value, list):
+            flat[prefix + name] = json.dumps(value).strip("[]").replace(", ", " ")
+        else:
+            flat[prefix + name] = value
+    return flat
+
+
+# ------------------------------------------------------------------------------- how it is shown
+
+
+def show_integer(value: float) -> str:
+    """Return ``"12 345"``."""
+    return f"{value:,.0f}".replace(",", " ")
+
+
+def show_number(value: float) -> str:
+    """Return a number to about four figures."""
+    return f"{value:.2f}" if 0.01 <= abs(value) < 1e6 or value == 0 else f"{value:.3g}"
+
+
+def show_seconds(value: float) -> str:
+    """Return ``"83 ms"`` or ``"2.41 s"``."""
+    if value >= 1:
+        return f"{value:.2f} s"
+    return f"{value * 1e3:.0f} ms" if value >= 0.01 else f"{value * 1e3:.2f} ms"
+
+
+Figure = tuple[str, str, tuple[str, ...], Callable[[Any], str]]
+
+FIGURES: tuple[Figure, ...] = (
+    # section, label, path in the record, how it is shown
+    ("Scene", "Triangles", ("scene", "triangles"), show_integer),
+    ("Scene", "Dropped triangles", ("scene", "dropped_triangles"), show_integer),
+    ("Build", "Time", ("build", "seconds"), show_seconds),
+    ("Build", "Memory", ("build", "bytes"), in_words),
+    ("Structure", "N_IN inner nodes", ("statistics", "N_IN"), show_integer),
+    ("Structure", "N_V leaves", ("statistics", "N_V"), show_integer),
+    ("Structure", "N_EV empty leaves", ("statistics", "N_EV"), show_integer),
+    ("Structure", "N_OIV references", ("statistics", "N_OIV"), show_integer),
+    ("Structure", "Max depth", ("statistics", "max_depth"), show_integer),
+    ("Structure", "Mean leaf size", ("statistics", "mean_leaf_size"), show_number),
+    ("Structure", "SAH cost", ("statistics", "sah"), show_number),
+    ("Structure", "C_trav", ("statistics", "sah_constants", "C_trav"), show_number),
+    ("Structure", "C_isect", ("statistics", "sah_constants", "C_isect"), show_number),
+    ("Rays", "Rays", ("rays", "count"), show_integer),
+    ("Rays", "Hits", ("trace", "hits"), show_integer),
+    ("Rays", "Time", ("trace", "seconds"), show_seconds),
+    ("Rays", "Rays per second", ("trace", "rays_per_second"), show_integer),
+    ("Per ray", "N_TS steps", ("trace", "N_TS"), show_number),
+    ("Per ray", "N_ETS leaves", ("trace", "N_ETS"), show_number),
+    ("Per ray", "N_EETS empty leaves", ("trace", "N_EETS"), show_number),
+    ("Per ray", "N_IT triangle tests", ("trace", "N_IT"), show_number),
+    ("Per ray", "Volume tests", ("trace", "volume_tests"), show_number),
+    ("Per ray", "Mailbox hits", ("trace", "mailbox_hits"), show_number),
+)
+"""The figures a person sees, in reading order; the names are the record's own."""
+
+
+def look_up(record: Record, path: Sequence[str]) -> Any:
+    """Return the value at a path of keys, None where the record has no such part."""
+    value: Any = record
+    for name in path:
+        value = value.get(name) if isinstance(value, dict) else None
+    return value
+
+
+def figures(record: Record) -> list[tuple[str, str, str]]:
+    """Return (section, label, text) for the panel, of what the record has."""
+    rows = []
+    for section, label, path, show in FIGURES:
+        value = look_up(record, path)
+        if value is not None:
+            rows.append((section, label, show(value)))
+    return rows
+
+
+TABLE: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
+    ("scene", ("scene", "name"), str),
+    ("structure", ("structure", "name"), str),
+    ("rays", ("rays", "name"), str),
+    ("triangles", ("scene", "triangles"), show_integer),
+    ("build", ("build", "seconds"), show_seconds),
+    ("memory", ("build", "bytes"), in_words),
+    ("N_V", ("statistics", "N_V"), show_integer),
+    ("N_OIV", ("statistics", "N_OIV"), show_integer),
+    ("SAH", ("statistics", "sah"), show_number),
+    ("hits", ("trace", "hits"), show_integer),
+    ("N_TS", ("trace", "N_TS"), show_number),
+    ("N_IT", ("trace", "N_IT"), show_number),
+    ("Mrays/s", ("trace", "rays_per_second"), lambda value: f"{value / 1e6:.3f}"),
+)
+TEXT_COLUMNS = 3
+
+
+def table(records: Sequence[Record]) -> str:
+    """Return the records as an aligned table, one line each."""
+    rows = [[title for title, _, _ in TABLE]]
+    rows += [[show(look_up(record, path)) for _, path, show in TABLE] for record in records]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for row in rows:
+        cells = [
+            text.ljust(width) if n < TEXT_COLUMNS else text.rjust(width)
+            for n, (text, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    lines.insert(1, "  ".join("-" * width for width in widths))
+    return "\n".join(lines)

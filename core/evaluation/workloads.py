@@ -1,0 +1,353 @@
+"""Workloads: named, seeded sets of rays with a class per ray.
+
+A workload is a class with ``Settings`` and ``make(scene, settings) -> Rays``; WORKLOADS lists them.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..errors import InputError
+from ..geometry.rays import ANY, CLOSEST, Rays
+from ..memory import refuse_if_too_large
+from ..scene import Camera, Scene
+from ..settings import setting
+
+BYTES_PER_RAY = 200  # ray, hit, counters, and the temporaries of making them
+
+
+class Workload(ABC):
+    """A named set of rays.
+
+    Attributes
+    ----------
+    name, label, summary : str
+    Settings : type
+        The settings dataclass.
+    """
+
+    name: ClassVar[str]
+    label: ClassVar[str]
+    summary: ClassVar[str]
+    Settings: ClassVar[type]
+
+    @staticmethod
+    @abstractmethod
+    def make(scene: Scene, settings: Any) -> Rays:
+        """Return the rays for a scene.
+
+        Raises
+        ------
+        InputError
+            When the settings do not fit the scene.
+        """
+
+
+# --------------------------------------------------------------------------------------- camera
+
+
+@dataclass(frozen=True)
+class CameraSettings:
+    """Settings of the pinhole camera."""
+
+    from_: tuple[float, float, float] = setting(
+        (0.0, 0.0, 0.0),
+        "From",
+        "Where the camera stands; equal to At, the scene's own camera is used, or one that "
+        "frames the scene",
+        unset="auto",
+    )
+    at: tuple[float, float, float] = setting(
+        (0.0, 0.0, 0.0), "At", "What the camera looks at", unset="auto"
+    )
+    up: tuple[float, float, float] = setting((0.0, 0.0, 1.0), "Up", "Which way is up")
+    fov: float = setting(
+        0.0,
+        "Field of View",
+        "Full angle of view of the larger side; 0 takes the scene's own, or 45",
+        unit="degrees",
+        minimum=0.0,
+        maximum=179.0,
+        unset="auto",
+    )
+    width: int = setting(512, "Width", "Rays in a row", unit="rays", minimum=1, maximum=65536)
+    height: int = setting(512, "Height", "Rows of rays", unit="rays", minimum=1, maximum=65536)
+    pixel: str = setting(
+        "centre",
+        "Pixel",
+        "Where in its pixel a ray passes",
+        choices={
+            "centre": "Through the middle of each pixel",
+            "corner": "Through the corners: the first and last rays lie in the picture's border",
+        },
+    )
+    shadows: bool = setting(
+        False,
+        "Shadow Rays",
+        "From every hit, one ray to each point light that its face is turned to",
+    )
+
+
+class CameraWorkload(Workload):
+    """Primary rays of a pinhole camera, row by row from the top left; shadow rays if wanted."""
+
+    name = "camera"
+    label = "Camera"
+    summary = "One ray per pixel from a pinhole camera, and shadow rays if wanted"
+    Settings = CameraSettings
+
+    @staticmethod
+    def make(scene: Scene, settings: CameraSettings) -> Rays:
+        """Return width * height primary rays, followed by the shadow rays."""
+        count = settings.width * settings.height
+        refuse_if_too_large(
+            count * BYTES_PER_RAY, f"a camera of {count} rays", "lower width and height"
+        )
+        primary = camera_rays(
+            camera_of(scene, settings), settings.width, settings.height, settings.pixel == "corner"
+        )
+        return with_shadow_rays(scene, primary) if settings.shadows else primary
+
+
+def camera_of(scene: Scene, settings: CameraSettings) -> Camera:
+    """Return the camera that the settings describe, or the scene's own, or one that frames it."""
+    if settings.from_ != settings.at:
+        return Camera(
+            np.array(settings.from_), np.array(settings.at), np.array(settings.up),
+            settings.fov or 45.0,
+        )  # fmt: skip
+    own = scene.camera or framing_camera(scene)
+    return Camera(own.position, own.target, own.up, settings.fov or own.fov)
+
+
+def framing_camera(scene: Scene, fov: float = 45.0) -> Camera:
+    """Return a camera that looks down on the whole scene from the front right."""
+    centre = 0.5 * (scene.lower + scene.upper)
+    direction = np.array([0.55, -0.75, 0.42])
+    direction /= np.linalg.norm(direction)
+    distance = 0.5 * scene.diagonal / np.sin(np.radians(fov) / 2)
+    return Camera(centre + direction * distance, centre, np.array([0.0, 0.0, 1.0]), fov)
+
+
+def camera_axes(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the unit vectors forward, right and up of a camera, each (3,).
+
+    Raises
+    ------
+    InputError
+        If it looks along its own up direction, or at its own position.
+    """
+    forward = np.asarray(camera.target, float) - camera.position
+    length = np.linalg.norm(forward)
+    right = np.cross(forward, camera.up)
+    if not length > 0.0 or not np.linalg.norm(right) > 1e-9 * length * np.linalg.norm(camera.up):
+        raise InputError("the camera looks along its up direction; choose another 'up'")
+    forward = forward / length
+    right = right / np.linalg.norm(right)
+    return forward, right, np.cross(right, forward)
+
+
+def camera_rays(camera: Camera, width: int, height: int, corner: bool = False) -> Rays:
+    """Return primary rays, (width * height), row by row from the top left.
+
+    With `corner`, n rays in a row lie at x = -1 + 2 i / (n - 1), else at -1 + (2 i + 1) / n.
+    Directions have component 1 along the view direction.
+    """
+    forward, right, up = camera_axes(camera)
+    half = np.tan(np.radians(camera.fov) / 2)
+
+    def places(n: int) -> np.ndarray:
+        if corner and n > 1:
+            return -1.0 + 2.0 * np.arange(n) / (n - 1)
+        return -1.0 + (2.0 * np.arange(n) + 1.0) / n
+
+    larger = max(width, height)
+    x = half * width / larger * places(width)
+    y = -half * height / larger * places(height)
+    directions = forward + x[None, :, None] * right + y[:, None, None] * up
+    directions = directions.reshape(-1, 3)
+    origins = np.broadcast_to(camera.position, directions.shape)
+    return Rays.from_arrays(origins, directions, class_names=("primary", "shadow"))
+
+
+def with_shadow_rays(scene: Scene, primary: Rays) -> Rays:
+    """Return primary rays followed by their shadow rays.
+
+    A shadow ray starts at a hit and ends at the light (t_max = 1), and exists if the light is on
+    the viewer's side of the face. It starts a little off the face, so as not to hit it again.
+
+    Raises
+    ------
+    InputError
+        If the scene has no light.
+    """
+    from ..structures.bvh import BVH
+
+    if len(scene.lights) == 0:
+        raise InputError(f"{scene.name} has no point light, so there are no shadow rays")
+    hits, _ = BVH.build(scene, BVH.Settings()).trace(primary)
+    hit = np.flatnonzero(hits.primitive >= 0)
+    corners = scene.triangles[hits.primitive[hit]]
+    directions = primary.directions[hit]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals *= -np.sign((normals * directions).sum(1, keepdims=True))  # towards the viewer
+    points = primary.origins[hit] + hits.t[hit, None] * directions
+    points += 1e-9 * scene.diagonal * normals
+    to_light = scene.lights[None] - points[:, None]
+    lit = (to_light * normals[:, None]).sum(axis=2) > 0.0
+    origins = np.broadcast_to(points[:, None], to_light.shape)[lit]
+    if not len(origins):
+        return primary
+    count, shadows = len(primary), len(origins)
+    return Rays.from_arrays(
+        np.concatenate([primary.origins, origins]),
+        np.concatenate([primary.directions, to_light[lit]]),
+        np.concatenate([primary.t_max, np.ones(shadows)]),
+        queries=np.repeat([CLOSEST, ANY], [count, shadows]),
+        classes=np.repeat([0, 1], [count, shadows]),
+        class_names=("primary", "shadow"),
+    )
+
+
+# --------------------------------------------------------------------------------- random lines
+
+
+@dataclass(frozen=True)
+class RandomLinesSettings:
+    """Settings of the random lines."""
+
+    count: int = setting(100_000, "Count", "How many lines", unit="rays", minimum=1)
+    seed: int = setting(1, "Seed", "Start of the random numbers", minimum=0)
+
+
+class RandomLinesWorkload(Workload):
+    """Isotropic uniform lines through the scene's box: the SAH's own assumption.
+
+    A direction uniform on the sphere, then a point uniform on the disc across it that covers the
+    box's bounding sphere; lines that miss the box are drawn again. Under this distribution a convex
+    body inside another is hit with probability S_i / S.
+    """
+
+    name = "random_lines"
+    label = "Random Lines"
+    summary = "Isotropic uniform lines through the scene's box: the SAH's own assumption"
+    Settings = RandomLinesSettings
+
+    @staticmethod
+    def make(scene: Scene, settings: RandomLinesSettings) -> Rays:
+        """Return lines that start outside the scene's bounding sphere."""
+        refuse_if_too_large(
+            settings.count * BYTES_PER_RAY, f"{settings.count} random lines", "lower the count"
+        )
+        origins, directions = random_lines(scene.lower, scene.upper, settings.count, settings.seed)
+        return Rays.from_arrays(origins, directions, class_names=("random line",))
+
+
+def random_lines(
+    lower: np.ndarray, upper: np.ndarray, count: int, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return origins and unit directions, (count, 3) each, of lines through the box."""
+    rng = np.random.default_rng(seed)
+    centre, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
+    radius = float(np.linalg.norm(half))
+    kept: list[np.ndarray] = []
+    found = 0
+    while found < count:
+        batch = min(max(2 * (count - found), 1024), 1_000_000)
+        d = rng.normal(size=(batch, 3))
+        d /= np.linalg.norm(d, axis=1, keepdims=True)
+        # Two unit vectors across d, after Duff et al. 2017.
+        sign = np.copysign(1.0, d[:, 2])
+        a = -1.0 / (sign + d[:, 2])
+        b = d[:, 0] * d[:, 1] * a
+        across = np.stack([1 + sign * d[:, 0] ** 2 * a, sign * b, -sign * d[:, 0]], axis=1)
+        other = np.stack([b, sign + d[:, 1] ** 2 * a, -d[:, 1]], axis=1)
+        r = radius * np.sqrt(rng.random(batch))
+        phi = 2.0 * np.pi * rng.random(batch)
+        p = r[:, None] * (np.cos(phi)[:, None] * across + np.sin(phi)[:, None] * other)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t0, t1 = (-half - p) / d, (half - p) / d
+        enter, leave = np.minimum(t0, t1).max(axis=1), np.maximum(t0, t1).min(axis=1)
+        hit = np.flatnonzero(enter <= leave)[: count - found]
+        kept.append(np.concatenate([centre + p[hit] - 2.0 * radius * d[hit], d[hit]], axis=1))
+        found += len(hit)
+    lines = np.concatenate(kept)
+    return lines[:, :3], lines[:, 3:]
+
+
+# ----------------------------------------------------------------------------------------- file
+
+
+@dataclass(frozen=True)
+class FileSettings:
+    """Settings of rays from a file."""
+
+    path: str = setting(
+        "", "File", "An .npz with origins (n, 3), directions (n, 3) and optionally t_max (n)"
+    )
+
+
+class FileWorkload(Workload):
+    """Rays of the user's own, from an .npz file."""
+
+    name = "file"
+    label = "File"
+    summary = "Rays from an .npz file with origins, directions and optionally t_max"
+    Settings = FileSettings
+
+    @staticmethod
+    def make(scene: Scene, settings: FileSettings) -> Rays:
+        """Read the rays."""
+        if not settings.path:
+            raise InputError("rays from a file need its path: file:path=rays.npz")
+        path = Path(settings.path).expanduser()
+        try:
+            with np.load(path) as arrays:
+                missing = {"origins", "directions"} - set(arrays.files)
+                if missing:
+                    raise InputError(f"{path} has no array named {', '.join(sorted(missing))}")
+                found = {name: arrays[name] for name in arrays.files}
+        except FileNotFoundError:
+            raise InputError(f"there is no file {path}") from None
+        except (OSError, ValueError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(f"{path} cannot be read as .npz: {error}") from None
+        try:
+            return Rays.from_arrays(
+                found["origins"], found["directions"], found.get("t_max", np.inf),
+                class_names=("file",),
+            )  # fmt: skip
+        except (InputError, ValueError, TypeError) as error:
+            raise InputError(f"{path}: {error}") from None
+
+
+WORKLOADS: dict[str, type[Workload]] = {
+    workload.name: workload for workload in (CameraWorkload, RandomLinesWorkload, FileWorkload)
+}
+
+
+def workloads() -> dict[str, type[Workload]]:
+    """Return every workload by name."""
+    return WORKLOADS
+
+
+def workload_named(name: str) -> type[Workload]:
+    """Return the workload called `name`.
+
+    Raises
+    ------
+    InputError
+        Listing the known names.
+    """
+    if name not in WORKLOADS:
+        known = ", ".join(WORKLOADS)
+        raise InputError(f"there are no rays '{name}'; known are: {known}")
+    return WORKLOADS[name]
