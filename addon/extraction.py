@@ -1,0 +1,281 @@
+"""Extraction: the evaluated objects of a Blender scene as triangles in world space.
+
+Everything that Blender evaluates to a mesh is taken: meshes with their modifiers, curves, surfaces,
+text and metaballs, and every instance of them. Blender lists all of those, curves too, as mesh
+objects in ``depsgraph.object_instances``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+
+from ..core.errors import InputError
+from ..core.memory import refuse_if_too_large
+from ..core.scene import Camera, Scene
+
+VISIBLE = "visible"
+SELECTED = "selected"
+SCOPES = {
+    VISIBLE: ("Visible", "All objects that are visible in the view layer"),
+    SELECTED: ("Selected", "Selected objects only, and what they instance"),
+}
+
+GEOMETRY_TYPES = {"MESH", "CURVE", "CURVES", "SURFACE", "FONT", "META", "POINTCLOUD", "VOLUME"}
+"""Types of objects that can evaluate to meshes, by geometry nodes at least."""
+
+BYTES_PER_TRIANGLE = 300  # at the peak of extracting
+
+Key = tuple[int, int]
+"""Identity of what a part comes from: session ids of the instancing object (0 if there is none)
+and of the object itself. They survive renaming and undo."""
+
+
+class LocalMesh(NamedTuple):
+    """The triangles of one evaluated mesh in its own space.
+
+    Attributes
+    ----------
+    positions : (n_vertices, 3) float32
+    corners : (n, 3) int32
+        Vertex indices of the triangles.
+    digest : bytes
+        Hash of both.
+    """
+
+    positions: np.ndarray
+    corners: np.ndarray
+    digest: bytes
+
+
+@dataclass(frozen=True)
+class Part:
+    """One mesh in the scene: an object, or one instance of it."""
+
+    key: Key
+    name: str
+    mesh: LocalMesh
+    matrix: np.ndarray  # (4, 4) float64, to world space
+
+
+class Digest(NamedTuple):
+    """What an object looked like: its name, and a hash of its geometry and place."""
+
+    name: str
+    value: bytes
+
+
+# ----------------------------------------------------------------------------- reading Blender
+
+
+def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
+    """Return every mesh in scope, evaluated, in the order of Blender's depsgraph.
+
+    Parameters
+    ----------
+    scope : {"visible", "selected"}
+
+    Raises
+    ------
+    InputError
+        When there is none with faces.
+    """
+    view_layer = depsgraph.view_layer
+    parts = []
+    known: dict[int, LocalMesh] = {}
+    for instance in depsgraph.object_instances:
+        obj = instance.object
+        # Instances come and go during the iteration: nothing of them is kept but copies.
+        if obj.type != "MESH" or not instance.show_self:
+            continue
+        source = instance.parent if instance.is_instance else obj
+        if scope == SELECTED and not source.original.select_get(view_layer=view_layer):
+            continue
+        address = obj.data.as_pointer()
+        if address not in known:
+            known[address] = _read_mesh(obj)
+        if not len(known[address].corners):
+            continue
+        original, owner = obj.original, source.original
+        itself = original == owner
+        key = (0 if itself else owner.session_uid, original.session_uid)
+        name = original.name if itself else f"{owner.name}/{original.name}"
+        matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
+        parts.append(Part(key, name, known[address], matrix))
+    if not parts:
+        if scope == SELECTED:
+            raise InputError(
+                "no mesh with faces is selected; select one, or set the scope to Visible"
+            )
+        raise InputError("no mesh with faces is visible; add or unhide one")
+    return parts
+
+
+def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
+    """Read the triangles of an evaluated object."""
+    # In edit mode the evaluated data are still in the editor's form; to_mesh() converts them, and
+    # otherwise shares them without a copy.
+    mesh = obj.to_mesh()
+    try:
+        positions = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+        mesh.vertices.foreach_get("co", positions.ravel())
+        corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
+        mesh.loop_triangles.foreach_get("vertices", corners.ravel())
+    finally:
+        obj.to_mesh_clear()
+    digest = hashlib.blake2b(positions, digest_size=16)
+    digest.update(corners)
+    return LocalMesh(positions, corners, digest.digest())
+
+
+def fingerprint(parts: list[Part]) -> dict[Key, Digest]:
+    """Return what every object looks like, to find out later whether it has changed."""
+    hashes = {}
+    names = {}
+    for part in parts:
+        if part.key not in hashes:
+            hashes[part.key] = hashlib.blake2b(digest_size=16)
+            names[part.key] = part.name
+        hashes[part.key].update(part.mesh.digest)
+        hashes[part.key].update(part.matrix)
+    return {key: Digest(names[key], value.digest()) for key, value in hashes.items()}
+
+
+def members(view_layer: bpy.types.ViewLayer, scope: str) -> frozenset[int]:
+    """Return the session ids of the objects in scope that may have geometry; cheap."""
+    return frozenset(obj.session_uid for obj in _objects_in_scope(view_layer, scope))
+
+
+def has_members(view_layer: bpy.types.ViewLayer, scope: str) -> bool:
+    """Say whether any object in scope may have geometry; cheap enough for a poll."""
+    return next(_objects_in_scope(view_layer, scope), None) is not None
+
+
+def _objects_in_scope(view_layer: bpy.types.ViewLayer, scope: str) -> Iterator[bpy.types.Object]:
+    for obj in view_layer.objects:
+        may_have = obj.type in GEOMETRY_TYPES or obj.instance_type != "NONE"
+        if not may_have or not obj.visible_get(view_layer=view_layer):
+            continue
+        if scope == VISIBLE or obj.select_get(view_layer=view_layer):
+            yield obj
+
+
+# ---------------------------------------------------------------------------- making the scene
+
+
+def extract(context: bpy.types.Context, scope: str) -> Scene:
+    """Return the scene that is open in Blender.
+
+    Parameters
+    ----------
+    scope : {"visible", "selected"}
+
+    Raises
+    ------
+    InputError
+        When there is no triangle that a ray could hit, or too many for the memory.
+    """
+    return scene_of(context, collect(context.evaluated_depsgraph_get(), scope))
+
+
+def scene_of(context: bpy.types.Context, parts: list[Part]) -> Scene:
+    """Return parts as one scene: instances are expanded, each an object of its own.
+
+    Raises
+    ------
+    InputError
+        When there is no triangle that a ray could hit, or too many for the memory.
+    """
+    counts = [len(part.mesh.corners) for part in parts]
+    total = sum(counts)
+    refuse_if_too_large(
+        total * BYTES_PER_TRIANGLE, f"a scene of {total} triangles", "hide some objects"
+    )
+    triangles = np.empty((total, 3, 3))
+    first = 0
+    for part, count in zip(parts, counts, strict=True):
+        # Infinite coordinates turn into NaN here; such triangles are dropped in any case.
+        with np.errstate(invalid="ignore", over="ignore"):
+            world = part.mesh.positions @ part.matrix[:3, :3].T + part.matrix[:3, 3]
+        triangles[first : first + count] = world[part.mesh.corners]
+        first += count
+    path = bpy.data.filepath
+    return Scene.from_triangles(
+        triangles,
+        Path(path).stem if path else context.scene.name,
+        path or "unsaved Blender file",
+        object_ids=np.repeat(np.arange(len(parts), dtype=np.int32), counts),
+        object_names=tuple(part.name for part in parts),
+        camera=camera_of(context),
+        lights=lights_of(context),
+    )
+
+
+def camera_of(context: bpy.types.Context) -> Camera | None:
+    """Return the scene's camera; None if it has none or one that is not a pinhole camera."""
+    if context.scene.camera is None or context.scene.camera.type != "CAMERA":
+        return None
+    camera = context.scene.camera.evaluated_get(context.evaluated_depsgraph_get())
+    if camera.data.type != "PERSP":
+        return None
+    matrix = np.array(camera.matrix_world, dtype=np.float64)
+    forward, up = -matrix[:3, 2], matrix[:3, 1]
+    length = np.linalg.norm(forward)
+    if not length > 0.0 or not np.isfinite(matrix).all():
+        return None
+    position = matrix[:3, 3]
+    fov = _full_angle(camera.data, context.scene.render)
+    return Camera(position, position + forward / length, up / np.linalg.norm(up), fov)
+
+
+def _full_angle(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> float:
+    """Return the angle of view of the picture's larger side, in degrees."""
+    width = render.resolution_x * render.pixel_aspect_x
+    height = render.resolution_y * render.pixel_aspect_y
+    sensor = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
+    half = 0.5 * sensor / camera.lens
+    # The sensor's side lies along the larger side of the picture, unless the fit says otherwise.
+    if camera.sensor_fit == "HORIZONTAL" and height > width:
+        half *= height / width
+    elif camera.sensor_fit == "VERTICAL" and width > height:
+        half *= width / height
+    return float(np.degrees(2.0 * np.arctan(half)))
+
+
+def lights_of(context: bpy.types.Context) -> np.ndarray:
+    """Return the positions of all visible point lights, (m, 3) float64."""
+    positions = [
+        tuple(instance.matrix_world.translation)
+        for instance in context.evaluated_depsgraph_get().object_instances
+        if instance.object.type == "LIGHT" and instance.object.data.type == "POINT"
+    ]
+    return np.array(positions, dtype=np.float64).reshape(-1, 3)
+
+
+# ------------------------------------------------------------------------------ a file by its path
+
+
+def load_blend(path: str | Path) -> Scene:
+    """Open a .blend in this Blender and return its visible scene.
+
+    Raises
+    ------
+    InputError
+        When the file is missing or unreadable, or has nothing that a ray could hit.
+    """
+    path = Path(path).expanduser()
+    if not path.is_file():
+        raise InputError(f"there is no file {path}")
+    try:
+        # No scripts: a file to be measured is not trusted to run anything.
+        bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
+    except RuntimeError as error:
+        reason = " ".join(str(error).split()).removeprefix("Error: ")
+        raise InputError(f"{path} cannot be read: {reason}") from None
+    return extract(bpy.context, VISIBLE)

@@ -1,0 +1,214 @@
+"""Jobs: long work in a background thread, under a modal operator that stays responsive.
+
+The thread runs ``core`` only and never touches ``bpy``; kernels release Python's lock, so Blender
+goes on drawing. One job at a time. In background mode, and when a script calls the operator, the
+same work runs in the caller's thread.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+
+from ..core.errors import InputError
+from ..core.progress import SILENT, Cancelled, Progress
+from . import overlay
+
+Work = Callable[[Progress], Any]
+
+TICK = 0.1  # seconds between two looks at the thread
+
+PATIENCE = 5.0  # seconds to wait for a cancelled thread when Blender ends; a compiler takes longer
+
+
+class Job(Progress):
+    """Work in a thread of its own; also the progress that the work reports to.
+
+    Attributes
+    ----------
+    text : str
+        What is being done.
+    factor : float
+        How far that is, 0 to 1.
+    result : object
+        What the work returned, once it is finished.
+    error : Exception or None
+        What it raised instead.
+    """
+
+    def __init__(self, work: Work, text: str) -> None:
+        self.text = text
+        self.factor = 0.0
+        self.result: Any = None
+        self.error: BaseException | None = None
+        self.started = time.monotonic()
+        self._stop = threading.Event()
+        # A daemon, so that a compilation under way does not keep Blender from ending.
+        self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)
+        self._thread.start()
+
+    def _run(self, work: Work) -> None:
+        try:
+            self.result = work(self)
+        except BaseException as error:  # whatever it is, the main thread has to tell
+            self.error = error
+
+    def report(self, done: float, total: float, text: str) -> None:
+        """Note how far the work is; stop it here if it is cancelled."""
+        self.text = text
+        self.factor = min(max(done / total, 0.0), 1.0) if total > 0 else 0.0
+        if self._stop.is_set():
+            raise Cancelled
+
+    def cancel(self) -> None:
+        """Ask the work to stop; what it still returns is nobody's."""
+        self._stop.set()
+
+    @property
+    def is_cancelled(self) -> bool:
+        """Whether :meth:`cancel` was called."""
+        return self._stop.is_set()
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the thread has ended."""
+        return not self._thread.is_alive()
+
+    def wait(self, seconds: float) -> None:
+        """Wait for the thread to end."""
+        self._thread.join(seconds)
+
+
+_current: Job | None = None
+_abandoned: list[Job] = []
+
+
+def running() -> Job | None:
+    """Return the job under way."""
+    return _current
+
+
+def cancel() -> None:
+    """Cancel the job under way; its operator ends at its next tick."""
+    if _current:
+        _current.cancel()
+
+
+def abandon() -> None:
+    """Cancel the job under way and forget it: Blender may drop its operator."""
+    if _current:
+        _leave(_current)
+
+
+def stop() -> None:
+    """Cancel the job under way and wait for all threads: Blender ends."""
+    abandon()
+    for job in _abandoned:
+        job.wait(PATIENCE)
+    _abandoned.clear()
+
+
+def _leave(job: Job) -> None:
+    """Forget a job; if its thread still runs, it ends by itself."""
+    global _current
+    job.cancel()
+    _abandoned[:] = [each for each in _abandoned if not each.is_finished]
+    if not job.is_finished:
+        _abandoned.append(job)
+    if _current is job:
+        _current = None
+
+
+class JobOperator:
+    """What operators with long work have in common; mix it in before ``bpy.types.Operator``.
+
+    A button shows the work in the panel and can be stopped by Esc. A call from a script
+    (``EXEC_DEFAULT``, what ``bpy.ops`` does by default) returns when the work is done.
+    """
+
+    job_text = "Working"
+
+    def prepare(self, context: bpy.types.Context) -> Work:
+        """Return the work, with everything it needs from Blender; runs in the main thread.
+
+        Raises
+        ------
+        InputError
+            When it cannot be done.
+        """
+        raise NotImplementedError
+
+    def finish(self, context: bpy.types.Context, result: Any) -> str:
+        """Store what the work returned and say what it was; runs in the main thread."""
+        raise NotImplementedError
+
+    def give_up(self) -> None:
+        """Clean up after work that was cancelled or has failed; runs in the main thread."""
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Do the work and return."""
+        try:
+            result = self.prepare(context)(SILENT)
+        except (InputError, MemoryError) as error:
+            return self._fail(error)
+        self.report({"INFO"}, self.finish(context, result))  # type: ignore[attr-defined]
+        return {"FINISHED"}
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Start the work in a thread."""
+        global _current
+        if bpy.app.background or context.window is None:
+            return self.execute(context)
+        try:
+            work = self.prepare(context)
+        except (InputError, MemoryError) as error:
+            return self._fail(error)
+        self._job = _current = Job(work, self.job_text)
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(TICK, window=context.window)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Look at the thread."""
+        job = self._job
+        if event.type == "ESC" and event.value == "PRESS":
+            job.cancel()
+        if job.is_cancelled:
+            self._end(context)
+            self.give_up()
+            self.report({"INFO"}, "Cancelled; the previous result stays")  # type: ignore[attr-defined]
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        overlay.tag_redraw()
+        if not job.is_finished:
+            return {"PASS_THROUGH"}
+        self._end(context)
+        if isinstance(job.error, (InputError, MemoryError)):
+            return self._fail(job.error)
+        if job.error:
+            self.give_up()
+            raise job.error
+        self.report({"INFO"}, self.finish(context, job.result))  # type: ignore[attr-defined]
+        return {"FINISHED"}
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender ends the operator, because it loads a file or closes the window."""
+        self._end(context)
+        self.give_up()
+
+    def _end(self, context: bpy.types.Context) -> None:
+        _leave(self._job)
+        context.window_manager.event_timer_remove(self._timer)
+        overlay.tag_redraw()
+
+    def _fail(self, error: Exception) -> set[str]:
+        self.give_up()
+        text = str(error) or "out of memory; use a smaller scene or resolution"
+        self.report({"ERROR"}, text)  # type: ignore[attr-defined]
+        return {"CANCELLED"}

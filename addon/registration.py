@@ -1,0 +1,85 @@
+"""Registration: everything that is added to Blender, and taken away again."""
+
+from __future__ import annotations
+
+import atexit
+import importlib
+import pkgutil
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any
+
+import bpy
+
+from ..core.kernels import set_cache_root
+from . import jobs, overlay, properties, session
+
+BASE_PACKAGE = __package__.rpartition(".")[0]
+"""``accelscope``, or ``bl_ext.<repository>.accelscope`` in an extension."""
+
+UPPER_FLOORS = ("operators", "panels")
+"""Packages whose modules list classes to register under CLASSES. They are looked up by name, since
+this floor must not import from those above; a new file there is found by itself."""
+
+_registered: list[type] = []
+_commands: list[Any] = []
+
+
+def register() -> None:
+    """Add classes, properties, handlers and the command to Blender."""
+    _choose_kernel_cache()
+    for floor in UPPER_FLOORS:
+        for module in _modules_of(f"{BASE_PACKAGE}.{floor}"):
+            for cls in getattr(module, "CLASSES", ()):
+                bpy.utils.register_class(cls)
+                _registered.append(cls)
+    properties.register()
+    session.register()
+    # A handler that is left when Python exits hangs Blender 4.5, and a thread may crash any.
+    atexit.register(_leave)
+    _commands.append(bpy.utils.register_cli_command("accelscope", _run_command))
+
+
+def unregister() -> None:
+    """Take away everything that :func:`register` added, and what came of it since."""
+    while _commands:
+        bpy.utils.unregister_cli_command(_commands.pop())
+    _leave()
+    atexit.unregister(_leave)
+    properties.unregister()
+    while _registered:
+        bpy.utils.unregister_class(_registered.pop())
+
+
+def _leave() -> None:
+    """Stop threads, handlers and drawing."""
+    jobs.stop()
+    session.unregister()
+    overlay.disable()
+
+
+def _modules_of(package_name: str) -> list[ModuleType]:
+    """Import and return the modules of a package, in alphabetical order."""
+    package = importlib.import_module(package_name)
+    names = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
+    return [importlib.import_module(f"{package_name}.{name}") for name in names]
+
+
+def _choose_kernel_cache() -> None:
+    """Keep compiled kernels in the extension's own folder for user files.
+
+    The folder is made when the first kernel is compiled; if that fails, kernels are not kept.
+    """
+    try:
+        folder = bpy.utils.extension_path_user(BASE_PACKAGE, path="kernels")
+    except ValueError:
+        return  # not run as an extension: the platform's cache folder will do
+    set_cache_root(folder)
+
+
+def _run_command(arguments: Sequence[str]) -> int:
+    """Run ``blender --command accelscope``; without SCENE it takes the open file."""
+    from . import extraction
+    from .command import main
+
+    return main(list(arguments), lambda: extraction.extract(bpy.context, extraction.VISIBLE))

@@ -1,0 +1,70 @@
+"""Build the chosen structure over the scene."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..addon import extraction, jobs, properties, session
+from ..addon.snapshot import Snapshot
+from ..core.progress import Progress
+
+
+class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
+    bl_idname = "accelscope.build"
+    bl_label = "Build"
+    bl_description = (
+        "Build the acceleration structure over the evaluated meshes in scope. "
+        "Esc stops it and leaves the previous one"
+    )
+    bl_options = {"REGISTER"}
+
+    job_text = "Building"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if jobs.running():
+            cls.poll_message_set("Wait, or press Esc to stop what is running")
+            return False
+        scope = extraction.VISIBLE
+        if properties.is_loaded():
+            scope = context.scene.accelscope.scope
+        if not extraction.has_members(context.view_layer, scope):
+            cls.poll_message_set(f"There is no {scope} mesh object to build over")
+            return False
+        return True
+
+    def prepare(self, context: bpy.types.Context) -> jobs.Work:
+        from ..core.evaluation.experiment import build, make_record
+
+        root = context.scene.accelscope
+        structure, settings = properties.structure_and_settings(root)
+        snapshot = Snapshot.take(context, root.scope)
+        session.current.watch(snapshot)
+
+        def work(progress: Progress) -> tuple[Any, ...]:
+            built = build(snapshot.scene, structure, settings, progress)
+            progress.report(1, 1, "Preparing the picture")
+            return snapshot, built, built.structure.cells(), make_record(built, None)
+
+        return work
+
+    def finish(self, context: bpy.types.Context, result: Any) -> str:
+        from ..core.evaluation.report import show_integer, show_number, show_seconds
+
+        session.current.set_built(*result)
+        snapshot, built, cells, record = result
+        text = (
+            f"{built.structure.label}: SAH {show_number(record['statistics']['sah'])}, "
+            f"{show_integer(len(cells))} cells, {show_seconds(built.seconds)}"
+        )
+        if snapshot.scene.dropped:
+            text += f"; {snapshot.scene.dropped} triangles that are not finite were left out"
+        return text
+
+    def give_up(self) -> None:
+        session.current.watch_built()
+
+
+CLASSES = (ACCELSCOPE_OT_build,)

@@ -1,0 +1,31 @@
+"""Drop the results."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..addon import jobs, session
+
+
+class ACCELSCOPE_OT_clear(bpy.types.Operator):
+    bl_idname = "accelscope.clear"
+    bl_label = "Clear"
+    bl_description = "Drop the structure and the figures, and draw nothing"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if jobs.running():
+            cls.poll_message_set("Wait, or press Esc to stop what is running")
+            return False
+        if session.current.built is None:
+            cls.poll_message_set("There is nothing to clear")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        session.current.clear()
+        return {"FINISHED"}
+
+
+CLASSES = (ACCELSCOPE_OT_clear,)

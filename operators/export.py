@@ -1,0 +1,65 @@
+"""Write the figures to a file."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+
+from ..addon import session
+from ..core.errors import InputError
+
+FORMATS = [
+    ("JSON", "JSON", "One record with everything, as the command line writes it"),
+    ("CSV", "CSV", "One row, the names of the record flattened into columns"),
+]
+
+
+class ACCELSCOPE_OT_export(bpy.types.Operator):
+    bl_idname = "accelscope.export"
+    bl_label = "Export Figures"
+    bl_description = "Write settings, statistics and the figures of the traced rays to a file"
+    bl_options = {"REGISTER"}
+
+    format: EnumProperty(name="Format", items=FORMATS)  # type: ignore[valid-type]
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})  # type: ignore[valid-type]
+    filter_glob: StringProperty(default="*.json;*.csv", options={"HIDDEN"})  # type: ignore[valid-type]
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if session.current.record is None:
+            cls.poll_message_set("Build a structure first")
+            return False
+        return True
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        record = session.current.record
+        assert record is not None
+        name = f"{record['scene']['name']}-{record['structure']['name']}"
+        folder = Path(bpy.data.filepath).parent if bpy.data.filepath else Path.home()
+        self.filepath = str(folder / f"{name}.{self.format.lower()}")
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        from ..core.evaluation.report import write_csv, write_json
+
+        if not self.filepath:
+            self.report({"ERROR"}, "Name the file to write")
+            return {"CANCELLED"}
+        suffix = f".{self.format.lower()}"
+        path = Path(bpy.path.abspath(self.filepath))
+        if path.suffix.lower() != suffix:
+            path = path.with_name(path.name + suffix)
+        record = session.current.record
+        assert record is not None
+        write = write_json if self.format == "JSON" else write_csv
+        try:
+            write(path, [record])
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"Wrote {path}")
+        return {"FINISHED"}
+
+
+CLASSES = (ACCELSCOPE_OT_export,)

@@ -1,0 +1,43 @@
+"""Record one of the traced rays, step by step, and show its path."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..addon import jobs, session
+
+
+class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
+    bl_idname = "accelscope.step_ray"
+    bl_label = "Step Ray"
+    bl_description = (
+        "Trace one of the rays again, recording every step: the cells it enters, "
+        "the triangles it tests, its hit"
+    )
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if jobs.running():
+            cls.poll_message_set("Wait, or press Esc to stop what is running")
+            return False
+        if session.current.traced is None:
+            cls.poll_message_set("Trace rays first")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        built, traced = session.current.built, session.current.traced
+        assert built is not None
+        assert traced is not None
+        index = context.scene.accelscope.ray_index
+        if index >= len(traced.rays):
+            self.report({"ERROR"}, f"The last ray has the number {len(traced.rays) - 1}")
+            return {"CANCELLED"}
+        steps = built.structure.record(traced.rays, index)
+        session.current.set_steps(index, steps)
+        self.report({"INFO"}, f"Ray {index}: {len(steps)} events; {session.current.hit_text()}")
+        return {"FINISHED"}
+
+
+CLASSES = (ACCELSCOPE_OT_step_ray,)

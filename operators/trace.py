@@ -1,0 +1,59 @@
+"""Trace the chosen rays through the structure that was built."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..addon import jobs, properties, session
+from ..core.progress import Progress
+
+
+class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
+    bl_idname = "accelscope.trace"
+    bl_label = "Trace"
+    bl_description = (
+        "Trace the rays through the structure and count what they cost. Esc stops it and leaves "
+        "the previous figures"
+    )
+    bl_options = {"REGISTER"}
+
+    job_text = "Tracing"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if jobs.running():
+            cls.poll_message_set("Wait, or press Esc to stop what is running")
+            return False
+        if session.current.built is None:
+            cls.poll_message_set("Build a structure first")
+            return False
+        return True
+
+    def prepare(self, context: bpy.types.Context) -> jobs.Work:
+        from ..core.evaluation.experiment import make_record, trace
+
+        workload, settings = properties.workload_and_settings(context.scene.accelscope)
+        built = session.current.built_with_view_of(context)
+
+        def work(progress: Progress) -> tuple[Any, ...]:
+            traced = trace(built, workload, settings, progress=progress)
+            return traced, make_record(built, traced)
+
+        return work
+
+    def finish(self, context: bpy.types.Context, result: Any) -> str:
+        from ..core.evaluation.report import show_integer, show_number, show_seconds
+
+        session.current.set_traced(*result)
+        traced, record = result
+        figures = record["trace"]
+        return (
+            f"{show_integer(len(traced.rays))} rays in {show_seconds(traced.seconds)}, "
+            f"{show_integer(figures['hits'])} hits; per ray {show_number(figures['N_TS'])} steps, "
+            f"{show_number(figures['N_IT'])} triangle tests"
+        )
+
+
+CLASSES = (ACCELSCOPE_OT_trace,)

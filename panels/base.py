@@ -1,0 +1,57 @@
+"""What all panels have in common."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..addon import properties
+
+
+class SidebarPanel:
+    """A panel in the tab AccelScope of the 3D viewport's sidebar; mix it in before `Panel`."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "AccelScope"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the panel, once the settings are known."""
+        layout: bpy.types.UILayout = self.layout  # type: ignore[attr-defined]
+        if not properties.is_loaded():
+            # A panel must not register anything: it is done a moment later.
+            properties.load_soon()
+            layout.label(text="Loading...")
+            return
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        self.draw_loaded(context, layout, context.scene.accelscope)
+
+    def draw_loaded(
+        self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any
+    ) -> None:
+        """Draw the panel; `root` is ``scene.accelscope``."""
+        raise NotImplementedError
+
+
+def draw_group(layout: bpy.types.UILayout, group: Any) -> None:
+    """Draw all properties of a generated group."""
+    column = layout.column()
+    for name in type(group).__annotations__:
+        column.prop(group, name)
+
+
+def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
+    """Draw a text over as many lines as it needs; `width` is that of the region in pixels."""
+    # About the width of a character in the interface's font.
+    characters = max(int(width / (8.0 * bpy.context.preferences.system.ui_scale)) - 6, 16)
+    lines: list[str] = [""]
+    for word in text.split():
+        if lines[-1] and len(lines[-1]) + 1 + len(word) > characters:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {word}".strip()
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for number, line in enumerate(lines):
+        column.label(text=line, icon=icon if number == 0 else "BLANK1")

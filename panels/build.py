@@ -1,0 +1,46 @@
+"""Panel: choose a structure and build it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..addon import jobs, session
+from ..core.kernels import HAS_NUMBA
+from .base import SidebarPanel, draw_group, draw_wrapped
+
+
+class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
+    bl_label = "Build"
+    bl_order = 0
+
+    def draw_loaded(
+        self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any
+    ) -> None:
+        width = context.region.width
+        if not HAS_NUMBA:
+            text = "Slow: pure Python (install the full extension)"
+            draw_wrapped(layout, text, "ERROR", width)
+        layout.prop(root, "scope", expand=True)
+        layout.prop(root, "structure")
+        draw_group(layout, getattr(root.structures, root.structure))
+
+        job = jobs.running()
+        if job:
+            row = layout.row(align=True)
+            row.progress(factor=job.factor, text=job.text)
+            row.operator("accelscope.cancel", text="", icon="X")
+            layout.label(text="Esc to stop")
+        else:
+            row = layout.row(align=True)
+            row.scale_y = 1.4
+            row.operator("accelscope.build")
+            row.operator("accelscope.clear", text="", icon="TRASH")
+            status = session.current.status(context)
+            icon = "CHECKMARK" if status.up_to_date else "INFO"
+            draw_wrapped(layout, status.text, icon, width)
+        layout.operator_menu_enum("accelscope.add_sample_scene", "sample", icon="MESH_MONKEY")
+
+
+CLASSES = (VIEW3D_PT_accelscope_build,)

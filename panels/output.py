@@ -1,0 +1,25 @@
+"""Panel: keep cells as a mesh, and figures as a file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from .base import SidebarPanel
+
+
+class VIEW3D_PT_accelscope_output(SidebarPanel, bpy.types.Panel):
+    bl_label = "Bake and Export"
+    bl_order = 4
+
+    def draw_loaded(
+        self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any
+    ) -> None:
+        layout.operator("accelscope.bake", icon="MESH_CUBE")
+        row = layout.row(align=True)
+        row.operator("accelscope.export", text="Export JSON", icon="EXPORT").format = "JSON"
+        row.operator("accelscope.export", text="Export CSV").format = "CSV"
+
+
+CLASSES = (VIEW3D_PT_accelscope_output,)

@@ -1,0 +1,36 @@
+"""Panel: the figures of the record, section by section."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import bpy
+
+from ..addon import session
+from .base import SidebarPanel
+
+
+class VIEW3D_PT_accelscope_statistics(SidebarPanel, bpy.types.Panel):
+    bl_label = "Statistics"
+    bl_order = 3
+
+    def draw_loaded(
+        self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any
+    ) -> None:
+        if session.current.record is None:
+            layout.label(text="Nothing has been built yet")
+            return
+        from ..core.evaluation.report import figures
+
+        rows = figures(session.current.record)
+        for section, group in itertools.groupby(rows, key=lambda row: row[0]):
+            box = layout.box().column(align=True)
+            box.label(text=section)
+            for _, label, text in group:
+                split = box.split(factor=0.6)
+                split.label(text=label)
+                split.label(text=text)
+
+
+CLASSES = (VIEW3D_PT_accelscope_statistics,)
