@@ -17,4 +17,7 @@ fi
 echo "Installing with apt: $*"
 export DEBIAN_FRONTEND=noninteractive
 # The package lists of a fresh machine are empty or stale, so they are renewed first.
-$as_root apt-get update --quiet --quiet && $as_root $command --quiet --quiet
+log=$({ $as_root apt-get update && $as_root $command; } 2>&1) || {
+    printf '%s\n' "$log" >&2
+    exit 1
+}
