@@ -53,7 +53,12 @@ def make_parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = evaluate.add_argument
-    add("scenes", nargs="*", metavar="SCENE", help="a mesh file, a .blend or sample:NAME[:key=value,...]")
+    add(
+        "scenes",
+        nargs="*",
+        metavar="SCENE",
+        help="a mesh file, a .blend or sample:NAME[:key=value,...]",
+    )
     add("--structure", nargs="+", required=True, metavar="SPEC", action="extend",
         help="name[:key=value,...], or all")  # fmt: skip
     add("--rays", nargs="+", required=True, metavar="SPEC", action="extend",
@@ -67,9 +72,7 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(
-    argv: Sequence[str] | None = None, open_file: Callable[[], Scene] | None = None
-) -> int:
+def main(argv: Sequence[str] | None = None, open_file: Callable[[], Scene] | None = None) -> int:
     """Run the command line.
 
     Parameters
@@ -254,9 +257,7 @@ def evaluate(arguments: argparse.Namespace, open_file: Callable[[], Scene] | Non
         for structure_type, settings in chosen_structures:
             announce_compilation(structure_type, progress)
             built = build(scene, structure_type, settings, progress)
-            for (workload, workload_settings), rays in zip(
-                chosen_workloads, rays_of, strict=True
-            ):
+            for (workload, workload_settings), rays in zip(chosen_workloads, rays_of, strict=True):
                 traced = trace_rays(
                     built, workload, workload_settings, rays, arguments.threads, progress
                 )

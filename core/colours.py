@@ -1,6 +1,6 @@
 """Colours of cells: one ramp for the overlay, for baked meshes and for pictures.
 
-The ramp runs from blue over green to orange in even steps of hue. Its stops were chosen in the
+The ramp runs from blue over green and orange to red in even steps of hue. Its stops were chosen in the
 OKLCH colour space with a lightness between 0.62 and 0.88, so that all of it stands out both from
 the dark grey of Blender's viewport and from the light grey of a shaded mesh, which the dark ends
 of viridis and turbo do not.
@@ -12,8 +12,8 @@ import numpy as np
 
 # Nine stops at even distances, sRGB in 0 to 255.
 _STOPS = np.array([
-    (105, 119, 240), (3, 154, 248), (6, 180, 216), (9, 203, 196), (13, 225, 158),
-    (155, 231, 102), (223, 213, 17), (241, 170, 13), (250, 124, 32),
+    (104, 117, 246), (8, 157, 236), (11, 182, 204), (3, 205, 176), (99, 222, 108),
+    (209, 218, 10), (255, 193, 75), (255, 145, 86), (246, 91, 114),
 ]) / 255.0  # fmt: skip
 
 INNER_COLOUR = (0.62, 0.62, 0.66)

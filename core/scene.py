@@ -95,7 +95,9 @@ class Scene:
         if len(triangles) == 0:
             raise InputError(f"{name} has no triangles; choose a mesh with faces")
         if len(triangles) >= 2**31:
-            raise InputError(f"{name} has {len(triangles)} triangles; at most 2147483647 are handled")
+            raise InputError(
+                f"{name} has {len(triangles)} triangles; at most 2147483647 are handled"
+            )
         # A float32 file may hold values up to 3e38; beyond 1e100 products of three coordinates
         # overflow float64, so such vertices are treated like infinite ones.
         usable = (np.abs(triangles) < 1e100).all(axis=(1, 2))
@@ -135,5 +137,7 @@ def _refuse_if_all_degenerate(
         unit = (triangles - lower) / scale
         if np.cross(unit[:, 1] - unit[:, 0], unit[:, 2] - unit[:, 0]).any():
             return
-    count = "its only triangle has" if len(triangles) == 1 else f"all {len(triangles)} triangles have"
+    count = (
+        "its only triangle has" if len(triangles) == 1 else f"all {len(triangles)} triangles have"
+    )
     raise InputError(f"{name}: {count} zero area, so no ray can hit; check the object's scale")

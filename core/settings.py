@@ -12,7 +12,7 @@ A field is declared with :func:`setting`::
 
 The type of a setting is the type of its default: ``bool``, ``int``, ``float``, ``str`` or a tuple
 of three ints or floats. A ``str`` with ``choices`` is one of them, any other is free text.
-A trailing underscore keeps a name out of Python's keywords: the field ``from_`` is the key ``from``.
+A trailing underscore keeps a name out of Python's keywords: field ``from_`` is the key ``from``.
 """
 
 from __future__ import annotations

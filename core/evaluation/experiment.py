@@ -128,9 +128,7 @@ def make_record(built: Built, traced: Traced | None) -> dict[str, Any]:
         return record
     classes = np.bincount(traced.rays.classes, minlength=len(traced.rays.class_names))
     hit = traced.hits.primitive >= 0
-    hits_by_class = np.bincount(
-        traced.rays.classes[hit], minlength=len(traced.rays.class_names)
-    )
+    hits_by_class = np.bincount(traced.rays.classes[hit], minlength=len(traced.rays.class_names))
     record["rays"] = {
         "name": traced.workload.name,
         "settings": to_json(traced.settings),

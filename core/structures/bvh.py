@@ -161,8 +161,16 @@ def best_split(boxes, first, count, bounds, bins, bin_boxes, bin_counts, right_c
         n = 0
         for b in range(bins - 1, 0, -1):
             n += bin_counts[b]
-            x0, y0, z0 = min(x0, bin_boxes[b, 0]), min(y0, bin_boxes[b, 1]), min(z0, bin_boxes[b, 2])
-            x1, y1, z1 = max(x1, bin_boxes[b, 3]), max(y1, bin_boxes[b, 4]), max(z1, bin_boxes[b, 5])
+            x0, y0, z0 = (
+                min(x0, bin_boxes[b, 0]),
+                min(y0, bin_boxes[b, 1]),
+                min(z0, bin_boxes[b, 2]),
+            )
+            x1, y1, z1 = (
+                max(x1, bin_boxes[b, 3]),
+                max(y1, bin_boxes[b, 4]),
+                max(z1, bin_boxes[b, 5]),
+            )
             right_costs[b - 1] = n * area_of(x0, y0, z0, x1, y1, z1) if n > 0 else np.inf
         # From the left, with the other side at hand.
         x0 = y0 = z0 = np.inf
@@ -170,8 +178,16 @@ def best_split(boxes, first, count, bounds, bins, bin_boxes, bin_counts, right_c
         n = 0
         for b in range(bins - 1):
             n += bin_counts[b]
-            x0, y0, z0 = min(x0, bin_boxes[b, 0]), min(y0, bin_boxes[b, 1]), min(z0, bin_boxes[b, 2])
-            x1, y1, z1 = max(x1, bin_boxes[b, 3]), max(y1, bin_boxes[b, 4]), max(z1, bin_boxes[b, 5])
+            x0, y0, z0 = (
+                min(x0, bin_boxes[b, 0]),
+                min(y0, bin_boxes[b, 1]),
+                min(z0, bin_boxes[b, 2]),
+            )
+            x1, y1, z1 = (
+                max(x1, bin_boxes[b, 3]),
+                max(y1, bin_boxes[b, 4]),
+                max(z1, bin_boxes[b, 5]),
+            )
             if n == 0 or n == count:
                 continue
             cost = n * area_of(x0, y0, z0, x1, y1, z1) + right_costs[b]
@@ -209,7 +225,7 @@ def split_node(tree, boxes, order, node, first, count, depth, rule, scratch):
     axis, last_left, cost = -1, 0, np.inf
     # More bins than triangles would mostly be empty.
     bins = min(rule.bins, 4 + count)
-    if 1 < count and depth < MAXIMUM_DEPTH // 2:
+    if count > 1 and depth < MAXIMUM_DEPTH // 2:
         axis, last_left, cost = best_split(
             boxes, first, count, bounds, bins,
             scratch.bin_boxes, scratch.bin_counts, scratch.right_costs,

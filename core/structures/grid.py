@@ -8,6 +8,9 @@ time; here the t of the next wall is computed from its integer index, so no erro
 Cells are stored in one array with an offset per cell (compressed sparse rows): cell c lists
 ``references[offsets[c]:offsets[c + 1]]``, and c = (i * ny + j) * nz + k.
 
+A cell owns its lower walls, not its upper ones: a point on a wall lies in the cell above it. That
+is what computing an index by rounding down gives, and what published counts rest on.
+
 A triangle that spans several cells is met several times. The mailbox remembers the last ray that
 tested it. A hit beyond the current cell is postponed: something nearer may wait in between, so it
 is kept and only accepted once the walk has reached its cell.
@@ -82,8 +85,8 @@ class Settings:
         "Overlap",
         "Whether a triangle that only touches a cell's wall belongs to that cell",
         choices={
-            "closed": "Touching counts",
-            "open": "Only a true overlap counts; a ray that runs exactly in a wall may miss",
+            "closed": "A triangle that reaches up to a wall also belongs to the cell above it",
+            "open": "Only a true overlap counts; a ray that runs exactly in a wall may miss it",
         },
     )
     assignment: str = setting(
@@ -124,6 +127,8 @@ class GridArrays(NamedTuple):
     ----------
     box : (1, 6) float64
         The box that is cut into cells.
+    origin : (3,) float64
+        Where the walls are counted from: the lower corner of the box, less a hair (see HAIR).
     cell_size : (3,) float64
     resolution : (3,) int64
     offsets : (n_cells + 1,) int64
@@ -133,6 +138,7 @@ class GridArrays(NamedTuple):
     """
 
     box: np.ndarray
+    origin: np.ndarray
     cell_size: np.ndarray
     resolution: np.ndarray
     offsets: np.ndarray
@@ -142,86 +148,63 @@ class GridArrays(NamedTuple):
 
 # ----------------------------------------------------------------------------------------- build
 
-TOUCH = 1e-10
-"""Boxes nearer than this share of the grid's size touch, under closed overlap.
+HAIR = 1e-10
+"""How far below their nominal places the walls lie, as a share of the grid's size.
 
-It is far above the rounding of a walk, so that no walk loses a triangle at a wall, and far below
-any distance that a published count could depend on.
+Coordinates like to lie exactly on walls. A hair lower, every wall has such triangles and rays
+clearly above it, farther than rounding can reach, and nearer than any published count could tell.
 """
 
 
 @kernel
-def wall(box, cell_size, axis, index):
+def wall(grid, axis, index):
     """Return the coordinate of the wall below cell `index` along an axis."""
-    return box[0, axis] + index * cell_size[axis]
+    return grid.origin[axis] + index * grid.cell_size[axis]
 
 
 @kernel
-def first_overlap(box, cell_size, resolution, axis, low, touch, is_open):
-    """Return the first cell along an axis that an interval starting at `low` overlaps."""
-    i = int(min(max((low - touch - box[0, axis]) / cell_size[axis], 0.0), resolution[axis] - 1.0))
-    # The division may be off by one cell; the walls decide.
-    while i > 0 and wall(box, cell_size, axis, i) >= low - touch:
+def cell_at(grid, axis, x):
+    """Return the cell along an axis whose walls hold the coordinate x; the nearest if none does."""
+    last = grid.resolution[axis] - 1
+    i = int(min(max((x - grid.origin[axis]) / grid.cell_size[axis], 0.0), last + 0.0))
+    # The division may be off by one; the walls decide.
+    while i > 0 and wall(grid, axis, i) > x:
         i -= 1
-    if is_open:
-        while i < resolution[axis] - 1 and wall(box, cell_size, axis, i + 1) <= low:
-            i += 1
-    else:
-        while i < resolution[axis] - 1 and wall(box, cell_size, axis, i + 1) < low - touch:
-            i += 1
-    return i
-
-
-@kernel
-def last_overlap(box, cell_size, resolution, axis, high, touch, is_open):
-    """Return the last cell along an axis that an interval ending at `high` overlaps."""
-    i = int(min(max((high + touch - box[0, axis]) / cell_size[axis], 0.0), resolution[axis] - 1.0))
-    while i < resolution[axis] - 1 and wall(box, cell_size, axis, i + 1) <= high + touch:
+    while i < last and wall(grid, axis, i + 1) <= x:
         i += 1
-    if is_open:
-        while i > 0 and wall(box, cell_size, axis, i) >= high:
-            i -= 1
-    else:
-        while i > 0 and wall(box, cell_size, axis, i) > high + touch:
-            i -= 1
     return i
 
 
 @kernel
-def insert(grid, corners, boxes, first, last, touch, is_open, is_exact, fill, cursor):
+def insert(grid, corners, boxes, first, last, slack, hair, is_exact, fill, cursor):
     """Insert the triangles ``first <= n < last`` into every cell they overlap.
 
-    `touch` (3,) is the distance within which things touch. Called twice: with `fill` false, ``cursor[c]`` counts the references of cell c; with `fill`
-    true it is the place of the next one.
+    Boxes are widened by `slack` (3,), the rounding of a walk, and under open overlap lowered at
+    the top by twice the `hair` (3,). Called twice: with `fill` false, ``cursor[c]`` counts the
+    references of cell c; with `fill` true it is the place of the next one.
     """
-    size, resolution = grid.cell_size, grid.resolution
     lo = np.empty(3, dtype=np.int64)
     hi = np.empty(3, dtype=np.int64)
     cell_low = np.empty(3)
     cell_high = np.empty(3)
     for n in range(first, last):
         for axis in range(3):
-            low, high = boxes[n, axis], boxes[n, 3 + axis]
-            lo[axis] = first_overlap(grid.box, size, resolution, axis, low, touch[axis], is_open)
+            lo[axis] = cell_at(grid, axis, boxes[n, axis] - slack[axis])
+            hi[axis] = cell_at(grid, axis, boxes[n, 3 + axis] + slack[axis] - 2.0 * hair[axis])
             # A flat triangle in a wall overlaps neither side openly: it goes to the upper one.
-            hi[axis] = max(
-                lo[axis],
-                last_overlap(grid.box, size, resolution, axis, high, touch[axis], is_open),
-            )
+            hi[axis] = max(lo[axis], hi[axis])
         single = lo[0] == hi[0] and lo[1] == hi[1] and lo[2] == hi[2]
         for i in range(lo[0], hi[0] + 1):
             for j in range(lo[1], hi[1] + 1):
                 for k in range(lo[2], hi[2] + 1):
                     if is_exact and not single:
-                        cell_low[0] = wall(grid.box, size, 0, i) - touch[0]
-                        cell_low[1] = wall(grid.box, size, 1, j) - touch[1]
-                        cell_low[2] = wall(grid.box, size, 2, k) - touch[2]
-                        cell_high[0] = wall(grid.box, size, 0, i + 1) + touch[0]
-                        cell_high[1] = wall(grid.box, size, 1, j + 1) + touch[1]
-                        cell_high[2] = wall(grid.box, size, 2, k + 1) + touch[2]
+                        for axis in range(3):
+                            index = i if axis == 0 else j if axis == 1 else k
+                            cell_low[axis] = wall(grid, axis, index) - slack[axis]
+                            cell_high[axis] = wall(grid, axis, index + 1) + slack[axis]
                         if not overlaps_box(corners, n, cell_low, cell_high):
                             continue
-                    cell = (i * resolution[1] + j) * resolution[2] + k
+                    cell = (i * grid.resolution[1] + j) * grid.resolution[2] + k
                     if fill:
                         grid.references[cursor[cell]] = n
                     cursor[cell] += 1
@@ -231,60 +214,52 @@ def insert(grid, corners, boxes, first, last, touch, is_open, is_exact, fill, cu
 
 
 @kernel
-def start_cell(box, cell_size, count, axis, o, d, inverse, t):
+def start_cell(grid, axis, o, d, inverse, t):
     """Return the cell along one axis where the ray is at t, consistent with :func:`wall_t`."""
-    i = int(min(max((o + t * d - box[0, axis]) / cell_size[axis], 0.0), count - 1.0))
-    if d > 0.0:
-        while i > 0 and (wall(box, cell_size, axis, i) - o) * inverse > t:
-            i -= 1
-        while i < count - 1 and (wall(box, cell_size, axis, i + 1) - o) * inverse < t:
-            i += 1
-    elif d < 0.0:
-        while i < count - 1 and (wall(box, cell_size, axis, i + 1) - o) * inverse > t:
-            i += 1
-        while i > 0 and (wall(box, cell_size, axis, i) - o) * inverse < t:
-            i -= 1
-    else:
-        while i > 0 and wall(box, cell_size, axis, i) > o:
-            i -= 1
-        while i < count - 1 and wall(box, cell_size, axis, i + 1) <= o:
-            i += 1
+    i = cell_at(grid, axis, o + t * d)
+    if d == 0.0:
+        return i
+    last = grid.resolution[axis] - 1
+    step = 1 if d > 0.0 else -1
+    while 0 <= i + step <= last and wall_t(grid, axis, i, o, d, inverse) < t:
+        i += step
+    while 0 <= i - step <= last and wall_t(grid, axis, i - step, o, d, inverse) > t:
+        i -= step
     return i
 
 
 @kernel
-def next_wall_t(box, cell_size, axis, i, o, d, inverse):
-    """Return the t at which the ray leaves cell i through the next wall of one axis."""
+def wall_t(grid, axis, i, o, d, inverse):
+    """Return the t at which the ray leaves cell i of one axis, inf if it never does."""
     if d > 0.0:
-        return (wall(box, cell_size, axis, i + 1) - o) * inverse
+        return (wall(grid, axis, i + 1) - o) * inverse
     if d < 0.0:
-        return (wall(box, cell_size, axis, i) - o) * inverse
+        return (wall(grid, axis, i) - o) * inverse
     return np.inf
 
 
 @implements(walk, GridArrays)
 def walk_grid(structure, triangles, ray, number, workspace, log):
     """Step from cell to cell until the nearest hit lies before the next wall."""
-    box, size, resolution = structure.box, structure.cell_size, structure.resolution
     best_t, best = np.inf, -1
     cells_visited, empty_visited, tests, mailbox_hits = 0, 0, 0, 0
 
-    t = enter_box(box, 0, ray, ray.t_max)
+    t = enter_box(structure.box, 0, ray, ray.t_max)
     note(log, VOLUME_TEST, -1, -1, t, t)
     if t == MISS:
         return Found(best_t, best, 0, 0, 0, 0, 1, 0)
 
-    nx, ny, nz = resolution[0], resolution[1], resolution[2]
-    i = start_cell(box, size, nx, 0, ray.ox, ray.dx, ray.ix, t)
-    j = start_cell(box, size, ny, 1, ray.oy, ray.dy, ray.iy, t)
-    k = start_cell(box, size, nz, 2, ray.oz, ray.dz, ray.iz, t)
+    nx, ny, nz = structure.resolution[0], structure.resolution[1], structure.resolution[2]
+    i = start_cell(structure, 0, ray.ox, ray.dx, ray.ix, t)
+    j = start_cell(structure, 1, ray.oy, ray.dy, ray.iy, t)
+    k = start_cell(structure, 2, ray.oz, ray.dz, ray.iz, t)
     step_x = 1 if ray.dx > 0.0 else -1
     step_y = 1 if ray.dy > 0.0 else -1
     step_z = 1 if ray.dz > 0.0 else -1
     # t at the next wall of each system of parallel walls: the lecture's Lx, Ly, Lz.
-    wall_x = next_wall_t(box, size, 0, i, ray.ox, ray.dx, ray.ix)
-    wall_y = next_wall_t(box, size, 1, j, ray.oy, ray.dy, ray.iy)
-    wall_z = next_wall_t(box, size, 2, k, ray.oz, ray.dz, ray.iz)
+    wall_x = wall_t(structure, 0, i, ray.ox, ray.dx, ray.ix)
+    wall_y = wall_t(structure, 1, j, ray.oy, ray.dy, ray.iy)
+    wall_z = wall_t(structure, 2, k, ray.oz, ray.dz, ray.iz)
 
     while True:
         t_exit = min(wall_x, wall_y, wall_z)
@@ -326,17 +301,17 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
             i += step_x
             if i < 0 or i == nx:
                 break
-            wall_x = next_wall_t(box, size, 0, i, ray.ox, ray.dx, ray.ix)
+            wall_x = wall_t(structure, 0, i, ray.ox, ray.dx, ray.ix)
         elif wall_y == t_exit:
             j += step_y
             if j < 0 or j == ny:
                 break
-            wall_y = next_wall_t(box, size, 1, j, ray.oy, ray.dy, ray.iy)
+            wall_y = wall_t(structure, 1, j, ray.oy, ray.dy, ray.iy)
         else:
             k += step_z
             if k < 0 or k == nz:
                 break
-            wall_z = next_wall_t(box, size, 2, k, ray.oz, ray.dz, ray.iz)
+            wall_z = wall_t(structure, 2, k, ray.oz, ray.dz, ray.iz)
 
     return Found(
         best_t, best, cells_visited, cells_visited, empty_visited, tests, 1, mailbox_hits
@@ -382,14 +357,17 @@ class Grid(Structure):
         resolution = wanted.astype(np.int64)
         triangles = triangles_of(scene)
         boxes = boxes_of(scene.triangles)
+        hair = HAIR * (upper - lower)
         grid = GridArrays(
-            np.concatenate([lower, upper])[None], (upper - lower) / resolution, resolution,
+            np.concatenate([lower, upper])[None], lower - hair, (upper - lower) / resolution,
+            resolution,
             np.zeros(int(n_cells) + 1, dtype=np.int64), np.zeros(0, dtype=np.int32),
             settings.mailbox,
         )  # fmt: skip
         is_open = settings.overlap == "open"
-        touch = np.zeros(3) if is_open else cls._touch(grid, triangles.reach)
-        how = (touch, is_open, settings.assignment == "exact")
+        how = (
+            cls._slack(triangles.reach), hair * is_open, settings.assignment == "exact",
+        )  # fmt: skip
 
         def insert_all(fill: bool, cursor: np.ndarray, text: str) -> None:
             for first in range(0, len(scene), cls.CHUNK):
@@ -409,10 +387,9 @@ class Grid(Structure):
         return cls(scene, settings, grid, triangles)
 
     @staticmethod
-    def _touch(grid: GridArrays, reach: np.ndarray) -> np.ndarray:
-        """Return the distance (3,) within which boxes touch; see TOUCH."""
-        # Far from the origin coordinates are coarse, however small the scene is.
-        return TOUCH * (grid.box[0, 3:] - grid.box[0, :3]) + 4 * ULPS * reach
+    def _slack(reach: np.ndarray) -> np.ndarray:
+        """Return the rounding (3,) of a walk's coordinates, in scenes that reach that far."""
+        return 4 * ULPS * reach
 
     def _counts(self) -> np.ndarray:
         """Return the references per cell, (n_cells,) int64."""
@@ -460,7 +437,8 @@ class Grid(Structure):
             violations.append("a cell lists a triangle twice or out of order")
         boxes = boxes_of(self.scene.triangles)[references]
         cells = self.cells().boxes[cell_of]
-        tolerance = 2 * self._touch(self.arrays, self.triangles.reach)
+        size = self.arrays.box[0, 3:] - self.arrays.box[0, :3]
+        tolerance = 2 * (HAIR * size + self._slack(self.triangles.reach))
         apart = (boxes[:, :3] > cells[:, 3:] + tolerance) | (
             boxes[:, 3:] < cells[:, :3] - tolerance
         )
