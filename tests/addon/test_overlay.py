@@ -1,0 +1,493 @@
+"""The overlay draws what the display settings ask for, where a NumPy projection says it belongs.
+
+What is drawn is checked from Blender 5.2 on, which can draw without a window.
+"""
+
+from __future__ import annotations
+
+import gc
+import weakref
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+gpu = pytest.importorskip("gpu")
+
+from accelscope.addon import overlay  # noqa: E402
+from accelscope.core.colours import INNER_COLOUR, count_colours, depth_colours  # noqa: E402
+from accelscope.core.structures.contract import Cells  # noqa: E402
+from mathutils import Matrix, Vector  # noqa: E402
+
+pytestmark = pytest.mark.bpy
+
+WIDTH, HEIGHT = 240, 160
+
+
+def display(**changed):
+    settings = {
+        "show": True, "depth_min": 0, "depth_max": 1_000_000, "leaves_only": False,
+        "hide_empty": False, "opacity": 1.0, "line_width": 1.0, "colour_by": "depth",
+    }  # fmt: skip
+    return SimpleNamespace(**(settings | changed))
+
+
+def make_cells(boxes, depth=0, is_leaf=True, count=1):
+    n = len(boxes)
+    return Cells.sorted_by_depth(
+        np.asarray(boxes, dtype=float),
+        np.broadcast_to(depth, n),
+        np.broadcast_to(is_leaf, n).astype(bool),
+        np.broadcast_to(count, n),
+    )
+
+
+def random_cells(n, seed=0):
+    rng = np.random.default_rng(seed)
+    lower = rng.random((n, 3))
+    is_leaf = rng.random(n) < 0.6
+    count = np.where(is_leaf, rng.integers(0, 4, n), 0)
+    boxes = np.concatenate([lower, lower + 0.1 * rng.random((n, 3))], axis=1)
+    return make_cells(boxes, rng.integers(0, 12, n), is_leaf, count)
+
+
+@pytest.fixture(autouse=True)
+def _clean():
+    yield
+    overlay.disable()
+
+
+# ------------------------------------------------------------------------- what is to be drawn
+
+
+@pytest.mark.parametrize("leaves_only", [False, True])
+@pytest.mark.parametrize("hide_empty", [False, True])
+@pytest.mark.parametrize("depths", [(0, 100), (3, 7), (5, 5), (7, 3), (11, 11), (12, 90), (0, 0)])
+def test_runs_are_the_visible_cells(leaves_only, hide_empty, depths):
+    cells = random_cells(700)
+    settings = display(
+        depth_min=depths[0], depth_max=depths[1], leaves_only=leaves_only, hide_empty=hide_empty
+    )
+    sections = overlay._sections(cells)
+    runs = overlay._drawn_runs(sections, settings)
+    drawn = np.concatenate([sections.order[first:last] for first, last in runs])
+    np.testing.assert_array_equal(np.sort(drawn), np.flatnonzero(overlay.visible(cells, settings)))
+    assert len(runs) == 3  # draw calls, whatever the cells
+
+
+def test_shown_text():
+    settings = display(depth_max=1)
+    assert overlay.shown_text(settings) == "no cells"
+    overlay.set_cells(make_cells(np.zeros((4096, 6)), depth=(np.arange(4096) >= 1203) * 2))
+    assert overlay.shown_text(settings) == "showing 1 203 of 4 096 cells"
+    overlay.set_cells(make_cells(np.zeros((0, 6))))
+    assert overlay.shown_text(settings) == "showing 0 of 0 cells"
+
+
+def test_too_many_cells_are_cut_in_order_of_importance(monkeypatch):
+    cells = random_cells(1000)
+    leaves = int((cells.is_leaf & (cells.count > 0)).sum())
+    inner = int((~cells.is_leaf).sum())
+    monkeypatch.setattr(overlay, "MAXIMUM_DRAWN", leaves + 10)
+    overlay.set_cells(cells)
+    runs = overlay._drawn_runs(overlay._sections(cells), display())
+    assert [last - first for first, last in runs] == [leaves, 10, 0]
+    assert (
+        overlay.shown_text(display())
+        == f"showing {leaves + 10} of 1 000 cells (at most {leaves + 10} are drawn)"
+    )
+    assert "most" not in overlay.shown_text(display(leaves_only=True, hide_empty=True))
+
+    monkeypatch.setattr(overlay, "MAXIMUM_HELD", leaves + inner + 5)
+    sections = overlay._sections(cells)
+    assert len(sections.order) == leaves + inner + 5
+    assert sections.ends.tolist() == [leaves, leaves + inner, leaves + inner + 5]
+
+
+def test_enable_and_disable_are_idempotent():
+    overlay.enable()
+    handler = overlay._overlay.handler
+    overlay.enable()
+    assert overlay._overlay.handler is handler
+    overlay.disable()
+    overlay.disable()
+    assert overlay._overlay.handler is None
+    overlay.tag_redraw()
+
+
+def test_disable_lets_go_of_the_cells():
+    cells = random_cells(10)
+    alive = weakref.ref(cells)
+    overlay.set_cells(cells)
+    del cells
+    gc.collect()
+    assert alive() is not None
+    overlay.disable()
+    gc.collect()
+    assert alive() is None
+
+
+def fake_blender(monkeypatch, settings, show_overlays=True):
+    context = SimpleNamespace(
+        scene=SimpleNamespace(accelscope=SimpleNamespace(display=settings)),
+        space_data=SimpleNamespace(overlay=SimpleNamespace(show_overlays=show_overlays)),
+        preferences=SimpleNamespace(system=SimpleNamespace(pixel_size=2.0)),
+        window_manager=SimpleNamespace(windows=[]),
+    )
+    monkeypatch.setattr(overlay, "bpy", SimpleNamespace(context=context, types=bpy.types))
+    return context
+
+
+def test_callback_honours_show_overlays_and_missing_properties(monkeypatch):
+    drawn = []
+    settings = display()
+    monkeypatch.setattr(overlay, "draw", lambda *arguments: drawn.append(arguments))
+    fake_blender(monkeypatch, settings, show_overlays=False)
+    overlay._draw_callback()
+    context = fake_blender(monkeypatch, settings)
+    overlay._draw_callback()
+    del context.scene.accelscope  # the extension is being disabled
+    overlay._draw_callback()
+    assert drawn == [(settings, 2.0)]
+
+
+def test_a_failure_is_reported_once_and_switches_off(monkeypatch, capsys):
+    def fail(*arguments):
+        raise RuntimeError("no graphics card today")
+
+    monkeypatch.setattr(overlay, "draw", fail)
+    fake_blender(monkeypatch, display())
+    overlay.enable()
+    for _ in range(3):
+        overlay._draw_callback()
+    assert capsys.readouterr().err.count("Error: no graphics card today") == 1
+    overlay.set_cells(random_cells(3))  # something new to show: another attempt
+    overlay._draw_callback()
+    assert capsys.readouterr().err.count("Error: no graphics card today") == 1
+
+
+# ------------------------------------------------------------------------------ what is drawn
+
+
+def look_at(eye, target):
+    towards_eye = Vector(eye) - Vector(target)
+    pose = towards_eye.to_track_quat("Z", "Y").to_matrix().to_4x4()
+    pose.translation = Vector(eye)
+    return pose.inverted()
+
+
+def perspective(near=0.1, far=100.0, aspect=WIDTH / HEIGHT):
+    a, b = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+    return Matrix(((1.5 / aspect, 0, 0, 0), (0, 1.5, 0, 0), (0, 0, a, b), (0, 0, -1, 0)))
+
+
+def orthographic(size=2.0, aspect=WIDTH / HEIGHT):
+    return Matrix.Diagonal((1 / size / aspect, 1 / size, -0.01, 1.0))
+
+
+FROM_FRONT = look_at((0, -5, 0), (0, 0, 0))
+OBLIQUE = look_at((2.5, -3.0, 1.8), (0, 0, 0))
+
+
+class Canvas:
+    """A frame buffer without a window."""
+
+    def __init__(self):
+        self.offscreen = gpu.types.GPUOffScreen(WIDTH, HEIGHT)
+
+    def draw(self, settings, view=OBLIQUE, projection=None, before=None):
+        """Return the picture of the overlay over black, (HEIGHT, WIDTH, 3), lowest row first."""
+        with self.offscreen.bind():
+            frame_buffer = gpu.state.active_framebuffer_get()
+            frame_buffer.clear(color=(0.0, 0.0, 0.0, 1.0), depth=1.0)
+            with gpu.matrix.push_pop(), gpu.matrix.push_pop_projection():
+                gpu.matrix.load_matrix(view)
+                gpu.matrix.load_projection_matrix(projection or perspective())
+                if before:
+                    before()
+                overlay.draw(settings)
+            buffer = gpu.types.Buffer("FLOAT", WIDTH * HEIGHT * 4)
+            frame_buffer.read_color(0, 0, WIDTH, HEIGHT, 4, 0, "FLOAT", data=buffer)
+        return np.array(buffer.to_list()).reshape(HEIGHT, WIDTH, 4)[:, :, :3]
+
+
+@pytest.fixture(scope="module")
+def canvas():
+    if bpy.app.version < (5, 2, 0):
+        pytest.skip("Blender draws without a window from version 5.2 on")
+    gpu.init()
+    return Canvas()
+
+
+def edges_of(box):
+    corners = np.array([[box[3 * (i >> axis & 1) + axis] for axis in range(3)] for i in range(8)])
+    return np.array(
+        [(corners[i], corners[i | 1 << axis]) for i in range(8) for axis in range(3)
+         if not i >> axis & 1]
+    )  # fmt: skip
+
+
+def distances(segments, view=OBLIQUE, projection=None):
+    """Return every pixel's distance to the nearest projected segment, (HEIGHT, WIDTH)."""
+    matrix = np.array((projection or perspective()) @ view)
+    clip = np.concatenate([segments, np.ones((*segments.shape[:2], 1))], axis=2) @ matrix.T
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH] + 0.5
+    nearest = np.full((HEIGHT, WIDTH), np.inf)
+    for p, q in clip:
+        behind = p[2] + p[3], q[2] + q[3]
+        if max(behind) <= 0.0:
+            continue
+        if min(behind) < 0.0:
+            cut = p + (q - p) * behind[0] / (behind[0] - behind[1])
+            p, q = (cut, q) if behind[0] < 0.0 else (p, cut)
+        a, b = ((e[:2] / e[3] + 1.0) * 0.5 * (WIDTH, HEIGHT) for e in (p, q))
+        along = b - a
+        offset = np.stack([columns - a[0], rows - a[1]], axis=-1)
+        fraction = np.clip(offset @ along / max(along @ along, 1e-12), 0.0, 1.0)
+        distance = np.linalg.norm(offset - fraction[..., None] * along, axis=-1)
+        nearest = np.minimum(nearest, distance)
+    return nearest
+
+
+BOX = (-0.9, -0.7, -0.5, 0.8, 0.9, 0.6)
+
+
+@pytest.mark.parametrize("line_width", [1.0, 2.0, 3.0, 7.0])
+@pytest.mark.parametrize(
+    ("view", "projection"),
+    [
+        (OBLIQUE, perspective()),
+        (OBLIQUE, orthographic()),
+        (look_at((0.1, 0.2, 0.1), (1.0, 0.3, 0.4)), perspective()),  # from inside
+        (
+            look_at((0.7, -1.5, 0.3), (0.7, 1.0, 0.5)),
+            perspective(near=0.9),
+        ),  # cut by the near plane
+    ],
+)
+def test_lit_pixels_are_those_of_the_projection(canvas, line_width, view, projection):
+    overlay.set_cells(make_cells([BOX]))
+    picture = canvas.draw(display(line_width=line_width), view, projection)
+    cover = picture.max(axis=2) / depth_colours([0], 1).max()
+    distance = distances(edges_of(BOX), view, projection)
+    # Caps are square: half a diagonal may stick out of the distance to a corner.
+    assert cover[distance > 0.71 * line_width + 1.0].max() == 0.0
+    assert cover[distance < 0.5 * line_width - 0.55].min(initial=1.0) > 0.98
+    # The soft edge carries half of the light half a line width away.
+    at_edge = cover[np.abs(distance - 0.5 * line_width) < 0.05]
+    assert at_edge.size
+    assert abs(np.median(at_edge) - 0.5) < 0.1
+
+
+def test_wide_lines_are_as_wide_as_asked(canvas):
+    overlay.set_cells(make_cells([(-0.5, 0, -0.5, 0.5, 0, 0.5)]))
+    for width in (1.0, 2.0, 5.0):
+        picture = canvas.draw(display(line_width=width), FROM_FRONT)
+        middle_row = picture[HEIGHT // 2].max(axis=1) / depth_colours([0], 1).max()
+        # Four edges of the flat box fall on two: covers add up like 1 - (1 - c)^2.
+        single = 1.0 - np.sqrt(1.0 - np.clip(middle_row, 0.0, 1.0))
+        assert single[: WIDTH // 2].sum() == pytest.approx(width, abs=0.08)
+
+
+def row_of_boxes(n):
+    left = np.linspace(-2.5, 2.5, n, endpoint=False)
+    width = 0.6 * 5.0 / n
+    box = np.array([0.0, -0.05, -0.3, width, 0.05, 0.3])
+    return box + left[:, None] * [1, 0, 0, 1, 0, 0]
+
+
+def lit(canvas, settings, boxes):
+    """Return which of the boxes in a row are lit."""
+    picture = canvas.draw(settings, FROM_FRONT, orthographic())
+    columns = np.flatnonzero(picture.max(axis=(0, 2)))
+    edges = (boxes[:, [0, 3]] / (2.0 * WIDTH / HEIGHT) + 1.0) * 0.5 * WIDTH
+    return [bool(((columns > low - 2) & (columns < high + 2)).any()) for low, high in edges]
+
+
+def test_filters_take_away_what_they_say_and_upload_nothing(canvas):
+    boxes = row_of_boxes(8)
+    depth = np.array([0, 1, 1, 2, 2, 2, 3, 3])
+    is_leaf = np.array([0, 0, 1, 1, 1, 0, 1, 1], dtype=bool)
+    count = np.array([0, 0, 3, 0, 2, 0, 0, 9])
+    overlay.set_cells(make_cells(boxes, depth, is_leaf, count))
+    before = overlay.uploads()
+    for low in range(5):
+        for high in range(5):
+            for leaves_only in (False, True):
+                for hide_empty in (False, True):
+                    settings = display(
+                        depth_min=low, depth_max=high,
+                        leaves_only=leaves_only, hide_empty=hide_empty,
+                        opacity=0.5 + 0.1 * low, colour_by=("depth", "count")[high % 2],
+                    )  # fmt: skip
+                    expected = (depth >= low) & (depth <= high)
+                    expected &= is_leaf | (not leaves_only)
+                    expected &= ~(is_leaf & (count == 0)) | (not hide_empty)
+                    assert lit(canvas, settings, boxes) == expected.tolist()
+    assert overlay.uploads() == before + 1
+    assert lit(canvas, display(show=False), boxes) == [False] * 8
+
+
+def test_uploads_are_lazy_and_only_for_new_geometry(canvas):
+    before = overlay.uploads()
+    overlay.set_cells(random_cells(50))
+    overlay.set_paths([[(0, 0, 0), (1, 1, 1)]], [(1, 1, 1, 1)])
+    assert overlay.uploads() == before
+    for view in (OBLIQUE, FROM_FRONT):  # two viewports
+        canvas.draw(display(), view)
+    assert overlay.uploads() == before + 2
+    overlay.set_cells(random_cells(50))
+    canvas.draw(display())
+    assert overlay.uploads() == before + 3
+    overlay.set_cells(None)
+    overlay.set_paths(None)
+    assert canvas.draw(display()).max() == 0.0
+    assert overlay.uploads() == before + 3
+
+
+def test_a_hundred_thousand_boxes_each_at_its_place(canvas):
+    n = 100_000
+    rng = np.random.default_rng(3)
+    lower = rng.uniform(-1.0, 0.8, (n, 3))
+    boxes = np.concatenate([lower, lower + 0.15], axis=1)
+    overlay.set_cells(make_cells(boxes, depth=np.arange(n)))
+    before = overlay.uploads()
+    # A depth of its own for each cell: the depth range picks any single one.
+    for i in [0, 1, 2047, 2048, 50_000, n - 1, *rng.integers(0, n, 4)]:
+        cover = canvas.draw(display(depth_min=i, depth_max=i)).max(axis=2)
+        distance = distances(edges_of(boxes[i]))
+        assert cover[distance > 1.75].max() == 0.0
+        assert cover[distance < 0.3].min() > 0.3
+    everything = canvas.draw(display())
+    assert overlay.uploads() == before + 1
+    some = np.concatenate([edges_of(box) for box in boxes[::2000]])
+    assert everything.max(axis=2)[distances(some) < 0.3].min() > 0.5
+    assert overlay.shown_text(display()) == "showing 100 000 of 100 000 cells"
+
+
+@pytest.mark.parametrize("colour_by", ["depth", "count"])
+def test_colours_are_those_of_the_ramp(canvas, colour_by):
+    boxes = row_of_boxes(5)
+    depth = np.arange(5)
+    is_leaf = np.array([False, True, True, True, True])
+    count = np.array([0, 1, 0, 7, 40])
+    overlay.set_cells(make_cells(boxes, depth, is_leaf, count))
+    settings = display(line_width=5.0, opacity=0.8, colour_by=colour_by, depth_max=4)
+    picture = canvas.draw(settings, FROM_FRONT, orthographic())
+    if colour_by == "depth":
+        colours, alpha = depth_colours(depth, 4), np.where(is_leaf & (count == 0), 0.3, 1.0)
+    else:
+        colours, alpha = count_colours(count, 40), np.where(count == 0, 0.3, 1.0)
+        colours[0] = INNER_COLOUR
+    # On the left edge at half height two edges lie behind each other.
+    alpha = 1.0 - (1.0 - 0.8 * alpha) ** 2
+    x = (boxes[:, 0] / (2.0 * WIDTH / HEIGHT) + 1.0) * 0.5 * WIDTH
+    seen = picture[HEIGHT // 2, x.astype(int)]
+    np.testing.assert_allclose(seen, colours * alpha[:, None], atol=0.012)
+
+
+def test_a_few_levels_take_the_whole_ramp():
+    cells = make_cells(np.zeros((9, 6)), depth=np.arange(9), count=np.arange(9))
+    assert overlay.colour_maximum(cells, display()) == 8
+    assert overlay.colour_maximum(cells, display(depth_max=3)) == 3
+    assert overlay.colour_maximum(cells, display(depth_max=3, colour_by="count")) == 8
+    assert overlay.colour_maximum(make_cells(np.zeros((0, 6))), display()) == 0
+
+
+def wall(y):
+    """Draw a black wall across the left half of the view from the front."""
+    from gpu_extras.batch import batch_for_shader
+
+    corners = [(-9, y, -9), (0, y, -9), (0, y, 9), (-9, y, -9), (0, y, 9), (-9, y, 9)]
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    gpu.state.depth_test_set("LESS_EQUAL")
+    gpu.state.depth_mask_set(True)
+    shader.uniform_float("color", (0.0, 0.0, 0.0, 1.0))
+    batch_for_shader(shader, "TRIS", {"pos": np.array(corners, np.float32)}).draw(shader)
+    gpu.state.depth_mask_set(False)
+    gpu.state.depth_test_set("NONE")
+
+
+@pytest.mark.parametrize("projection", [perspective(near=0.01, far=1000.0), orthographic()])
+def test_the_scene_hides_what_lies_behind_it(canvas, projection):
+    overlay.set_cells(make_cells([(-1, -0.3, -0.5, 1, 0.3, 0.5)]))
+
+    def halves(wall_y):
+        picture = canvas.draw(display(), FROM_FRONT, projection, before=lambda: wall(wall_y))
+        light = picture.max(axis=2)
+        return light[:, : WIDTH // 2 - 2].sum(), light[:, WIDTH // 2 + 2 :].sum()
+
+    left, right = halves(1.0)  # behind the box
+    assert left == pytest.approx(right, rel=0.05)
+    left, right = halves(-1.0)  # in front of the box
+    assert left == 0.0
+    assert right > 0.0
+    left, right = halves(-0.3)  # in the plane of its front face: edges win
+    assert 0.4 * right < left < 0.95 * right or projection[3][3]
+
+
+def test_paths_shine_through_faintly(canvas):
+    overlay.set_paths([[(-1, 0, 0), (1, 0, 0)]], [(1.0, 0.5, 0.25, 0.8)])
+    picture = canvas.draw(display(), FROM_FRONT, before=lambda: wall(-1.0))
+    row = picture[HEIGHT // 2]
+    np.testing.assert_allclose(
+        row[WIDTH // 2 + 20], [0.8, 0.4, 0.2], atol=0.01
+    )  # three pixels wide: the middle is covered in full
+    np.testing.assert_allclose(row[WIDTH // 2 - 20], [0.2, 0.1, 0.05], atol=0.01)
+
+
+def test_the_state_of_the_graphics_card_is_given_back(canvas):
+    overlay.set_cells(random_cells(20))
+    overlay.set_paths([[(0, 0, 0), (1, 1, 1)]], [(1, 1, 1, 1)])
+    states = []
+
+    def read():
+        states.append(
+            (gpu.state.blend_get(), gpu.state.depth_test_get(), gpu.state.depth_mask_get())
+        )
+
+    def set_something():
+        gpu.state.blend_set("ADDITIVE")
+        gpu.state.depth_test_set("GREATER")
+        gpu.state.depth_mask_set(True)
+        read()
+
+    original = overlay.draw
+    with canvas.offscreen.bind():
+        set_something()
+        original(display())
+        read()
+        gpu.state.blend_set("NONE")
+        gpu.state.depth_test_set("NONE")
+        gpu.state.depth_mask_set(False)
+    assert states[0] == states[1]
+
+
+def test_file_load_and_undo_leave_the_picture(canvas):
+    overlay.enable()
+    overlay.set_cells(random_cells(200))
+    before = canvas.draw(display())
+    uploads = overlay.uploads()
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.ops.ed.undo_push(message="cube")
+    bpy.data.objects.remove(bpy.context.object)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    np.testing.assert_array_equal(canvas.draw(display()), before)
+    assert before.max() > 0.0
+    assert overlay.uploads() == uploads
+
+
+@pytest.mark.parametrize("size", [1e-20, 1e-6, 1e6, 1e20])
+def test_extreme_sizes_are_drawn(canvas, size):
+    overlay.set_cells(make_cells([np.array(BOX) * size]))
+    scaled = Matrix.Diagonal((1 / size, 1 / size, 1 / size, 1.0))
+    overlay_picture = canvas.draw(display(), OBLIQUE @ scaled)
+    overlay.set_cells(make_cells([BOX]))
+    np.testing.assert_allclose(overlay_picture, canvas.draw(display()), atol=0.03)
+
+
+def test_no_cells_draw_nothing(canvas):
+    overlay.set_cells(make_cells(np.zeros((0, 6))))
+    overlay.set_paths(np.zeros((0, 2, 3)), np.zeros((0, 4)))
+    assert canvas.draw(display()).max() == 0.0
