@@ -1,9 +1,9 @@
 """Colours of cells: one ramp for the overlay, for baked meshes and for pictures.
 
-The ramp runs from blue over green and orange to red in even steps of hue. Its stops were chosen in the
-OKLCH colour space with a lightness between 0.62 and 0.88, so that all of it stands out both from
-the dark grey of Blender's viewport and from the light grey of a shaded mesh, which the dark ends
-of viridis and turbo do not.
+The ramp runs from blue over green and orange to red in even steps of hue. Its stops were chosen
+in the OKLCH colour space with a lightness between 0.62 and 0.88, so that all of it stands out both
+from the dark grey of Blender's viewport and from the light grey of a shaded mesh, which the dark
+ends of viridis and turbo do not.
 """
 
 from __future__ import annotations
