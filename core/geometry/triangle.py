@@ -111,38 +111,52 @@ def clamp_to_own_box(corners, index, ray, t):
 
 
 @kernel
-def overlaps_box(corners, index, low, high):
-    """Say whether triangle `index` and the closed box [low, high] share a point.
+def separated(a, b, c, reach):
+    """Say whether the interval of a, b, c and the interval [-reach, reach] have no common point."""
+    return min(a, b, c) > reach or max(a, b, c) < -reach
+
+
+@kernel
+def overlaps_box(corners, index, box):
+    """Say whether triangle `index` and the closed box, (6,), share a point.
 
     Separating axis test: three face normals of the box, the triangle's normal, and the nine cross
     products of box and triangle edges (T. Akenine-Möller: Fast 3D Triangle-Box Overlap Testing,
     2001). Edges whose cross product vanishes separate nothing and are harmless.
     """
-    centre = 0.5 * (low + high)
-    half = 0.5 * (high - low)
-    v = corners[index] - centre
     for axis in range(3):
-        a, b, c = v[0, axis], v[1, axis], v[2, axis]
-        if min(a, b, c) > half[axis] or max(a, b, c) < -half[axis]:
+        p, q, r = corners[index, 0, axis], corners[index, 1, axis], corners[index, 2, axis]
+        if min(p, q, r) > box[3 + axis] or max(p, q, r) < box[axis]:
             return False
-    edges = np.empty((3, 3))
-    for n in range(3):
-        edges[n] = v[(n + 1) % 3] - v[n]
-    nx = edges[0, 1] * edges[1, 2] - edges[0, 2] * edges[1, 1]
-    ny = edges[0, 2] * edges[1, 0] - edges[0, 0] * edges[1, 2]
-    nz = edges[0, 0] * edges[1, 1] - edges[0, 1] * edges[1, 0]
-    distance = nx * v[0, 0] + ny * v[0, 1] + nz * v[0, 2]
-    if abs(distance) > half[0] * abs(nx) + half[1] * abs(ny) + half[2] * abs(nz):
+    # Everything relative to the box's centre.
+    hx, hy, hz = 0.5 * (box[3] - box[0]), 0.5 * (box[4] - box[1]), 0.5 * (box[5] - box[2])
+    mx, my, mz = 0.5 * (box[3] + box[0]), 0.5 * (box[4] + box[1]), 0.5 * (box[5] + box[2])
+    ax, ay, az = corners[index, 0, 0] - mx, corners[index, 0, 1] - my, corners[index, 0, 2] - mz
+    bx, by, bz = corners[index, 1, 0] - mx, corners[index, 1, 1] - my, corners[index, 1, 2] - mz
+    cx, cy, cz = corners[index, 2, 0] - mx, corners[index, 2, 1] - my, corners[index, 2, 2] - mz
+    # The triangle's plane.
+    ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    if abs(nx * ax + ny * ay + nz * az) > hx * abs(nx) + hy * abs(ny) + hz * abs(nz):
         return False
+    # Cross products of the box's edges x, y, z with each edge e of the triangle.
     for n in range(3):
-        for axis in range(3):
-            # The axis of separation is unit vector `axis` x edge n: (0, -e_r, e_q) cyclically.
-            q, r = (axis + 1) % 3, (axis + 2) % 3
-            e_q, e_r = edges[n, q], edges[n, r]
-            a = v[0, r] * e_q - v[0, q] * e_r
-            b = v[1, r] * e_q - v[1, q] * e_r
-            c = v[2, r] * e_q - v[2, q] * e_r
-            reach = half[q] * abs(e_r) + half[r] * abs(e_q)
-            if min(a, b, c) > reach or max(a, b, c) < -reach:
-                return False
+        if n == 0:
+            ex, ey, ez = ux, uy, uz
+        elif n == 1:
+            ex, ey, ez = vx, vy, vz
+        else:
+            ex, ey, ez = cx - bx, cy - by, cz - bz
+        if separated(
+            az * ey - ay * ez, bz * ey - by * ez, cz * ey - cy * ez, hy * abs(ez) + hz * abs(ey)
+        ):
+            return False
+        if separated(
+            ax * ez - az * ex, bx * ez - bz * ex, cx * ez - cz * ex, hz * abs(ex) + hx * abs(ez)
+        ):
+            return False
+        if separated(
+            ay * ex - ax * ey, by * ex - bx * ey, cy * ex - cx * ey, hx * abs(ey) + hy * abs(ex)
+        ):
+            return False
     return True

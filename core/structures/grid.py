@@ -176,17 +176,14 @@ def cell_at(grid, axis, x):
 
 
 @kernel
-def insert(grid, corners, boxes, first, last, slack, hair, is_exact, fill, cursor):
+def insert(grid, corners, boxes, first, last, slack, hair, is_exact, fill, cursor, lo, hi, cell_box):
     """Insert the triangles ``first <= n < last`` into every cell they overlap.
 
     Boxes are widened by `slack` (3,), the rounding of a walk, and under open overlap lowered at
     the top by twice the `hair` (3,). Called twice: with `fill` false, ``cursor[c]`` counts the
-    references of cell c; with `fill` true it is the place of the next one.
+    references of cell c; with `fill` true it is the place of the next one. `lo` and `hi`, (3,)
+    int64, and `cell_box`, (6,), are scratch.
     """
-    lo = np.empty(3, dtype=np.int64)
-    hi = np.empty(3, dtype=np.int64)
-    cell_low = np.empty(3)
-    cell_high = np.empty(3)
     for n in range(first, last):
         for axis in range(3):
             lo[axis] = cell_at(grid, axis, boxes[n, axis] - slack[axis])
@@ -200,9 +197,9 @@ def insert(grid, corners, boxes, first, last, slack, hair, is_exact, fill, curso
                     if is_exact and not single:
                         for axis in range(3):
                             index = i if axis == 0 else j if axis == 1 else k
-                            cell_low[axis] = wall(grid, axis, index) - slack[axis]
-                            cell_high[axis] = wall(grid, axis, index + 1) + slack[axis]
-                        if not overlaps_box(corners, n, cell_low, cell_high):
+                            cell_box[axis] = wall(grid, axis, index) - slack[axis]
+                            cell_box[3 + axis] = wall(grid, axis, index + 1) + slack[axis]
+                        if not overlaps_box(corners, n, cell_box):
                             continue
                     cell = (i * grid.resolution[1] + j) * grid.resolution[2] + k
                     if fill:
@@ -369,11 +366,15 @@ class Grid(Structure):
             cls._slack(triangles.reach), hair * is_open, settings.assignment == "exact",
         )  # fmt: skip
 
+        scratch = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64), np.empty(6)
+
         def insert_all(fill: bool, cursor: np.ndarray, text: str) -> None:
             for first in range(0, len(scene), cls.CHUNK):
                 progress.report(first, len(scene), text)
                 last = min(first + cls.CHUNK, len(scene))
-                call(insert, grid, triangles.corners, boxes, first, last, *how, fill, cursor)
+                call(
+                    insert, grid, triangles.corners, boxes, first, last, *how, fill, cursor, *scratch
+                )
             progress.report(len(scene), len(scene), text)
 
         insert_all(False, grid.offsets[1:], "Grid: counting references")
