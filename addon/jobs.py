@@ -16,7 +16,6 @@ import bpy
 
 from ..core.errors import InputError
 from ..core.progress import SILENT, Cancelled, Progress
-from . import overlay
 
 Work = Callable[[Progress], Any]
 
@@ -123,6 +122,13 @@ def _leave(job: Job) -> None:
         _current = None
 
 
+def _redraw() -> None:
+    """Have the panels drawn again, which show the progress."""
+    from . import overlay  # here, because it brings Numba in
+
+    overlay.tag_redraw()
+
+
 class JobOperator:
     """What operators with long work have in common; mix it in before ``bpy.types.Operator``.
 
@@ -185,7 +191,7 @@ class JobOperator:
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        overlay.tag_redraw()
+        _redraw()
         if not job.is_finished:
             return {"PASS_THROUGH"}
         self._end(context)
@@ -205,7 +211,7 @@ class JobOperator:
     def _end(self, context: bpy.types.Context) -> None:
         _leave(self._job)
         context.window_manager.event_timer_remove(self._timer)
-        overlay.tag_redraw()
+        _redraw()
 
     def _fail(self, error: Exception) -> set[str]:
         self.give_up()

@@ -64,7 +64,8 @@ def property_of(field: dataclasses.Field) -> Any:
     if isinstance(default, str):
         # Blender's file chooser for whatever is called a path.
         subtype = "FILE_PATH" if field.name == "path" else "NONE"
-        return StringProperty(default=default, subtype=subtype, **common)
+        options = {"PATH_SUPPORTS_BLEND_RELATIVE"} if subtype == "FILE_PATH" else set()
+        return StringProperty(default=default, subtype=subtype, options=options, **common)
     number = default[0] if isinstance(default, tuple) else default
     limit = INT_LIMIT if isinstance(number, int) else FLOAT_LIMIT
     low = -limit if meta["minimum"] is None else max(meta["minimum"], -limit)

@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 
 from ..core.kernels import set_cache_root
-from . import jobs, overlay, properties, session
+from . import jobs, properties, session
 
 BASE_PACKAGE = __package__.rpartition(".")[0]
 """``accelscope``, or ``bl_ext.<repository>.accelscope`` in an extension."""
@@ -35,27 +35,21 @@ def register() -> None:
                 _registered.append(cls)
     properties.register()
     session.register()
-    # A handler that is left when Python exits hangs Blender 4.5, and a thread may crash any.
-    atexit.register(_leave)
+    # What is still registered when Python ends makes Blender 4.5 hang or crash.
+    atexit.register(unregister)
     _commands.append(bpy.utils.register_cli_command("accelscope", _run_command))
 
 
 def unregister() -> None:
     """Take away everything that :func:`register` added, and what came of it since."""
+    atexit.unregister(unregister)
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
-    _leave()
-    atexit.unregister(_leave)
+    jobs.stop()
+    session.unregister()
     properties.unregister()
     while _registered:
         bpy.utils.unregister_class(_registered.pop())
-
-
-def _leave() -> None:
-    """Stop threads, handlers and drawing."""
-    jobs.stop()
-    session.unregister()
-    overlay.disable()
 
 
 def _modules_of(package_name: str) -> list[ModuleType]:

@@ -10,13 +10,14 @@ from __future__ import annotations
 import copy
 import dataclasses
 from dataclasses import dataclass, field
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
-from . import extraction, jobs, overlay, properties
+from . import extraction, jobs, properties
 from .snapshot import Snapshot
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
@@ -82,15 +83,14 @@ class Session:
         self.traced = None
         self.watch_built()
         self._clear_steps()
+        overlay = _overlay()
         overlay.set_cells(cells)
         overlay.enable()
-        overlay.tag_redraw()
 
     def set_traced(self, traced: Traced, record: dict[str, Any]) -> None:
         """Keep traced rays and the record that has them."""
         self.traced, self.record = traced, record
         self._clear_steps()
-        overlay.tag_redraw()
 
     def set_steps(self, index: int, steps: Steps) -> None:
         """Keep the walk of one traced ray, and draw it."""
@@ -100,26 +100,24 @@ class Session:
         assert self.cells is not None
         assert self.traced is not None
         self.step_index, self.steps = index, steps
-        overlay.set_paths(
+        _overlay().set_paths(
             *segments_of(
                 self.traced.rays, index, self.traced.hits.t[index], steps, self.cells,
                 self.built.structure.scene,
             )
         )  # fmt: skip
-        overlay.tag_redraw()
 
     def _clear_steps(self) -> None:
         self.step_index, self.steps = -1, None
-        overlay.set_paths(None, None)
+        _overlay().set_paths(None)
 
     def clear(self) -> None:
-        """Drop all results."""
+        """Drop all results and stop drawing."""
+        if self.built is not None:
+            _overlay().disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
         self.watched, self.undone = [], False
-        self._clear_steps()
-        overlay.set_cells(None)
-        overlay.disable()
-        overlay.tag_redraw()
+        self.step_index, self.steps = -1, None
 
     # Asking.
 
@@ -170,6 +168,13 @@ class Session:
         return dataclasses.replace(self.built, structure=structure)
 
 
+def _overlay() -> ModuleType:
+    """Return the overlay; it knows the structures, so that its import brings Numba in."""
+    from . import overlay
+
+    return overlay
+
+
 current = Session()
 
 
@@ -195,7 +200,6 @@ def _after_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
 def _after_undo(*_: Any) -> None:
     # Blender has not evaluated the scene yet: the next update looks at it.
     current.undone = True
-    overlay.tag_redraw()
 
 
 @persistent

@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import bpy
-from bpy.props import PointerProperty
 
 from ..addon import properties, sample_objects
 from ..core.errors import InputError
 from ..sample_scenes import samples
 
-GROUPS = {
-    name: properties.group_type(f"sample_{name}", properties.properties_of(sample.Settings))
-    for name, sample in samples().items()
-}
-"""The settings of every sample scene. They belong to the operator, not to the scene, so that the
-redo panel changes them."""
+
+def settings_of(sample: str) -> dict[str, Any]:
+    """Return the Blender properties of a sample's settings by field name."""
+    return properties.properties_of(samples()[sample].Settings)
 
 
 def operator_properties() -> dict[str, Any]:
-    """Return the properties of the operator: which sample, and the settings of each."""
+    """Return the operator's properties: which sample, and SAMPLE_SETTING for every setting of each.
+
+    They belong to the operator, not to the scene, so that the redo panel changes them. Not in
+    groups, because Blender 4.5 takes no group as an argument of an operator.
+    """
     choices = {name: (sample.label, sample.summary) for name, sample in samples().items()}
-    choice = properties.enum_of(choices, name="Sample Scene", default=next(iter(choices)))
-    return {"sample": choice, **{name: PointerProperty(type=g) for name, g in GROUPS.items()}}
+    all_properties = {
+        "sample": properties.enum_of(choices, name="Sample Scene", default=next(iter(choices)))
+    }
+    for sample in choices:
+        for field, prop in settings_of(sample).items():
+            all_properties[f"{sample}_{field}"] = prop
+    return all_properties
 
 
 class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
@@ -44,14 +51,15 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.use_property_split = True
         self.layout.prop(self, "sample")
-        for name in getattr(GROUPS[self.sample], "__annotations__", {}):
-            self.layout.prop(getattr(self, self.sample), name)
+        for field in settings_of(self.sample):
+            self.layout.prop(self, f"{self.sample}_{field}")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        sample = samples()[self.sample]
-        group = getattr(self, self.sample)
+        name = self.sample
+        sample = samples()[name]
+        group = SimpleNamespace(**{f: getattr(self, f"{name}_{f}") for f in settings_of(name)})
         try:
-            settings: Any = properties.read(group, sample.Settings, f"sample scene {sample.name}")
+            settings: Any = properties.read(group, sample.Settings, f"sample scene {name}")
             scene = sample.generate(settings)
         except (InputError, MemoryError) as error:
             self.report({"ERROR"}, str(error) or "Out of memory; lower the settings")
@@ -61,4 +69,4 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (*GROUPS.values(), ACCELSCOPE_OT_add_sample_scene)
+CLASSES = (ACCELSCOPE_OT_add_sample_scene,)

@@ -1,0 +1,210 @@
+"""The operators, as a script or a headless Blender calls them."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from accelscope.core.structures import structures
+from accelscope.sample_scenes import samples
+
+
+@pytest.fixture
+def monkey(bpy: Any) -> Any:
+    bpy.ops.mesh.primitive_monkey_add()
+    return bpy.context.object
+
+
+@pytest.fixture
+def traced(bpy: Any, monkey: Any, root: Any) -> Any:
+    root.workload = "random_lines"
+    root.workloads.random_lines.count = 500
+    bpy.ops.accelscope.build()
+    bpy.ops.accelscope.trace()
+    return monkey
+
+
+@pytest.mark.parametrize("name", structures())
+def test_build_makes_what_the_settings_say(
+    bpy: Any, monkey: Any, root: Any, current: Any, name: str
+) -> None:
+    root.structure = name
+    assert bpy.ops.accelscope.build() == {"FINISHED"}
+    assert current.built.structure.name == name
+    assert current.built.structure.settings == structures()[name].Settings()
+    assert current.record["scene"]["triangles"] == 968
+    assert current.built.structure.validate() == []
+    assert len(current.cells) == len(current.built.structure.cells())
+    assert current.traced is None
+
+
+def test_build_uses_settings_and_scope(bpy: Any, monkey: Any, root: Any, current: Any) -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    root.scope = "selected"
+    root.structures.bvh.max_leaf_size = 1
+    bpy.ops.accelscope.build()
+    assert current.record["scene"]["triangles"] == 12
+    assert current.record["structure"]["settings"]["max_leaf_size"] == 1
+
+
+def test_trace_counts_what_embree_would_hit(bpy: Any, traced: Any, current: Any) -> None:
+    assert current.record["rays"]["count"] == 500
+    assert current.record["trace"]["hits"] == int((current.traced.hits.primitive >= 0).sum())
+    assert current.record["trace"]["hits"] > 0
+
+
+def test_trace_uses_the_camera_where_it_is_now(
+    bpy: Any, monkey: Any, root: Any, current: Any
+) -> None:
+    bpy.ops.object.camera_add(location=(0, -10, 0), rotation=(np.pi / 2, 0, 0))
+    camera = bpy.context.scene.camera = bpy.context.object
+    root.workloads.camera.width = root.workloads.camera.height = 8
+    bpy.ops.accelscope.build()
+    camera.location = (0, 10, 0)
+    camera.rotation_euler = (np.pi / 2, 0, np.pi)
+    bpy.ops.accelscope.trace()
+    np.testing.assert_allclose(current.traced.rays.origins[0], (0, 10, 0))
+    assert current.record["trace"]["hits"] > 0
+    assert current.status(bpy.context).up_to_date
+
+
+def test_step_ray_records_what_the_batch_counted(
+    bpy: Any, traced: Any, root: Any, current: Any
+) -> None:
+    index = int(np.flatnonzero(current.traced.hits.primitive >= 0)[0])
+    root.ray_index = index
+    assert bpy.ops.accelscope.step_ray() == {"FINISHED"}
+    tally = current.steps.tally()
+    assert tally == {name: int(current.traced.counters[name][index]) for name in tally}
+    assert current.hit_text().startswith("hits triangle")
+
+
+def test_step_ray_refuses_a_ray_there_is_not(bpy: Any, traced: Any, root: Any) -> None:
+    root.ray_index = 500
+    with pytest.raises(RuntimeError, match="last ray has the number 499"):
+        bpy.ops.accelscope.step_ray()
+
+
+def test_path_ends_at_the_hit_and_shows_the_leaves(bpy: Any, traced: Any, current: Any) -> None:
+    from accelscope.addon.ray_path import segments_of
+
+    structure, rays = current.built.structure, current.traced.rays
+    for index in range(0, 500, 50):
+        t = current.traced.hits.t[index]
+        steps = structure.record(rays, index)
+        segments, colours = segments_of(rays, index, t, steps, current.cells, structure.scene)
+        assert segments.shape == (len(colours), 2, 3)
+        assert np.isfinite(segments).all()
+        tally = steps.tally()
+        is_hit = bool(np.isfinite(t))
+        # A BVH visits no leaf twice: one ray, 12 edges a leaf, 3 a triangle, the hit once more.
+        assert len(segments) == 1 + 12 * tally["N_ETS"] + 3 * tally["N_IT"] + 3 * is_hit
+        np.testing.assert_array_equal(segments[0, 0], rays.origins[index])
+        if is_hit:
+            np.testing.assert_allclose(
+                segments[0, 1], rays.origins[index] + t * rays.directions[index]
+            )
+
+
+@pytest.mark.parametrize("name", samples())
+def test_add_sample_scene_adds_the_scene_of_the_core(bpy: Any, name: str) -> None:
+    from accelscope.addon import extraction
+
+    assert bpy.ops.accelscope.add_sample_scene(sample=name) == {"FINISHED"}
+    sample = samples()[name]
+    expected = sample.generate(sample.Settings())
+    scene = extraction.extract(bpy.context, extraction.VISIBLE)
+    assert len(scene) == len(expected)
+    by_name = {n: expected.triangles[expected.object_ids == i]
+               for i, n in enumerate(expected.object_names)}  # fmt: skip
+    for number, object_name in enumerate(scene.object_names):
+        np.testing.assert_array_equal(
+            scene.triangles[scene.object_ids == number],
+            by_name[object_name].astype(np.float32),
+        )
+    np.testing.assert_allclose(scene.lights, expected.lights, rtol=1e-6)
+    if expected.camera:
+        forward = expected.camera.target - expected.camera.position
+        np.testing.assert_allclose(scene.camera.position, expected.camera.position, rtol=1e-5)
+        np.testing.assert_allclose(
+            scene.camera.target - scene.camera.position,
+            forward / np.linalg.norm(forward),
+            atol=1e-5,
+        )
+        np.testing.assert_allclose(scene.camera.fov, expected.camera.fov, rtol=1e-5)
+
+
+def test_add_sample_scene_takes_settings_and_is_undone(bpy: Any) -> None:
+    bpy.ops.ed.undo_push(message="before")
+    bpy.ops.accelscope.add_sample_scene(sample="tetra", tetra_depth=3)
+    assert len(bpy.data.objects["tetra"].data.polygons) == 64
+    bpy.ops.ed.undo_push(message="after")
+    bpy.ops.ed.undo()
+    assert "tetra" not in bpy.data.objects
+
+
+def test_export_writes_the_record(bpy: Any, traced: Any, current: Any, tmp_path: Path) -> None:
+    bpy.ops.accelscope.export(filepath=str(tmp_path / "a.json"), format="JSON")
+    written = json.loads((tmp_path / "a.json").read_text())
+    assert written == {"schema": "accelscope/1", "records": [current.record]}
+    bpy.ops.accelscope.export(filepath=str(tmp_path / "b"), format="CSV")
+    with (tmp_path / "b.csv").open() as file:
+        (row,) = csv.DictReader(file)
+    assert float(row["trace.N_IT"]) == current.record["trace"]["N_IT"]
+
+
+def test_export_says_when_it_cannot_write(bpy: Any, traced: Any, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RuntimeError, match="cannot write"):
+        bpy.ops.accelscope.export(filepath=str(tmp_path / "file" / "a.json"), format="JSON")
+
+
+def test_bake_makes_an_object(bpy: Any, traced: Any) -> None:
+    assert bpy.ops.accelscope.bake() == {"FINISHED"}
+    collection = bpy.data.collections["AccelScope"]
+    (obj,) = collection.objects
+    assert len(obj.data.edges) > 0
+
+
+# -------------------------------------------------------------------------------------- refusals
+
+
+def test_nothing_can_be_done_before_there_is_something(bpy: Any) -> None:
+    for name in ("build", "trace", "step_ray", "bake", "export", "clear", "cancel"):
+        assert not getattr(bpy.ops.accelscope, name).poll(), name
+    assert bpy.ops.accelscope.add_sample_scene.poll()
+
+
+def test_error_leaves_the_previous_result(bpy: Any, traced: Any, root: Any, current: Any) -> None:
+    before = (current.built, current.traced, current.record, current.cells)
+    root.structure = "grid"
+    root.structures.grid.resolution = (10_000, 10_000, 10_000)
+    with pytest.raises(RuntimeError, match="memory"):
+        bpy.ops.accelscope.build()
+    root.workload = "file"
+    root.workloads.file.path = "missing.npz"
+    with pytest.raises(RuntimeError, match="there is no file"):
+        bpy.ops.accelscope.trace()
+    assert before == (current.built, current.traced, current.record, current.cells)
+    # What was built is still watched.
+    traced.location.x = 1
+    bpy.context.view_layer.update()
+    assert "Suzanne was moved" in current.status(bpy.context).text
+
+
+def test_empty_mesh_is_refused_with_a_message(bpy: Any, current: Any) -> None:
+    obj = bpy.data.objects.new("Nothing", bpy.data.meshes.new("Nothing"))
+    bpy.context.collection.objects.link(obj)
+    with pytest.raises(RuntimeError, match="no mesh with faces is visible"):
+        bpy.ops.accelscope.build()
+    assert current.built is None
+
+
+def test_clear_drops_everything(bpy: Any, traced: Any, current: Any) -> None:
+    bpy.ops.accelscope.clear()
+    assert current.built is current.traced is current.cells is current.record is None
+    assert current.status(bpy.context).text == "Nothing has been built yet"
