@@ -1,6 +1,7 @@
 """The overlay draws what the display settings ask for, where a NumPy projection says it belongs.
 
-What is drawn is checked from Blender 5.2 on, which can draw without a window.
+Blender can draw without a window from 5.2 on; older ones can inside the render callback of an
+engine that asks for a GPU context, so that is where the drawing is done there.
 """
 
 from __future__ import annotations
@@ -190,14 +191,49 @@ FROM_FRONT = look_at((0, -5, 0), (0, 0, 0))
 OBLIQUE = look_at((2.5, -3.0, 1.8), (0, 0, 0))
 
 
+class WithGPU(bpy.types.RenderEngine):
+    """Runs a function where the GPU may be used: the way without a window before Blender 5.2."""
+
+    bl_idname = "ACCELSCOPE_WITH_GPU"
+    bl_label = "With GPU"
+    bl_use_gpu_context = True
+    function = None
+    outcome = None
+
+    def render(self, depsgraph):
+        try:
+            WithGPU.outcome = WithGPU.function(), None
+        except Exception as error:
+            WithGPU.outcome = None, error
+
+    @classmethod
+    def run(cls, function):
+        """Return what the function returns; raise what it raises."""
+        scene = bpy.context.scene
+        if scene.camera is None:
+            scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+        scene.render.engine = cls.bl_idname
+        scene.render.resolution_x = scene.render.resolution_y = 8
+        cls.function = staticmethod(function)
+        bpy.ops.render.render()
+        result, error = cls.outcome
+        if error:
+            raise error
+        return result
+
+
 class Canvas:
     """A frame buffer without a window."""
 
-    def __init__(self):
-        self.offscreen = gpu.types.GPUOffScreen(WIDTH, HEIGHT)
+    def __init__(self, run):
+        self.run = run
+        self.offscreen = run(lambda: gpu.types.GPUOffScreen(WIDTH, HEIGHT))
 
-    def draw(self, settings, view=OBLIQUE, projection=None, before=None):
+    def draw(self, *arguments, **options):
         """Return the picture of the overlay over black, (HEIGHT, WIDTH, 3), lowest row first."""
+        return self.run(lambda: self._draw(*arguments, **options))
+
+    def _draw(self, settings, view=OBLIQUE, projection=None, before=None):
         with self.offscreen.bind():
             frame_buffer = gpu.state.active_framebuffer_get()
             frame_buffer.clear(color=(0.0, 0.0, 0.0, 1.0), depth=1.0)
@@ -214,10 +250,13 @@ class Canvas:
 
 @pytest.fixture(scope="module")
 def canvas():
-    if bpy.app.version < (5, 2, 0):
-        pytest.skip("Blender draws without a window from version 5.2 on")
-    gpu.init()
-    return Canvas()
+    if bpy.app.version >= (5, 2, 0):
+        gpu.init()
+        yield Canvas(lambda function: function())
+    else:
+        bpy.utils.register_class(WithGPU)
+        yield Canvas(WithGPU.run)
+        bpy.utils.unregister_class(WithGPU)
 
 
 def edges_of(box):
@@ -453,14 +492,16 @@ def test_the_state_of_the_graphics_card_is_given_back(canvas):
         gpu.state.depth_mask_set(True)
         read()
 
-    original = overlay.draw
-    with canvas.offscreen.bind():
-        set_something()
-        original(display())
-        read()
-        gpu.state.blend_set("NONE")
-        gpu.state.depth_test_set("NONE")
-        gpu.state.depth_mask_set(False)
+    def draw():
+        with canvas.offscreen.bind():
+            set_something()
+            overlay.draw(display())
+            read()
+            gpu.state.blend_set("NONE")
+            gpu.state.depth_test_set("NONE")
+            gpu.state.depth_mask_set(False)
+
+    canvas.run(draw)
     assert states[0] == states[1]
 
 
