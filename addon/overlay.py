@@ -53,13 +53,13 @@ class _Sections(NamedTuple):
     total: int
 
 
-class _Uploaded(NamedTuple):
-    """What the graphics card holds for the cells."""
+class _Tools(NamedTuple):
+    """What the graphics card holds whatever there is to draw."""
 
-    shader: gpu.types.GPUShader
+    cells_shader: gpu.types.GPUShader
+    paths_shader: gpu.types.GPUShader
     cube: gpu.types.GPUBatch
     colours: gpu.types.GPUTexture
-    cells: gpu.types.GPUTexture
 
 
 class _Overlay:
@@ -73,8 +73,9 @@ class _Overlay:
         self.sections: _Sections | None = None
         self.paths: tuple[np.ndarray, np.ndarray] | None = None
         # What is on the graphics card, None when it is to be uploaded at the next draw.
-        self.uploaded_cells: _Uploaded | None = None
-        self.uploaded_paths: tuple[gpu.types.GPUShader, gpu.types.GPUBatch] | None = None
+        self.tools: _Tools | None = None
+        self.uploaded_cells: gpu.types.GPUTexture | None = None
+        self.uploaded_paths: gpu.types.GPUBatch | None = None
 
 
 _overlay = _Overlay()
@@ -98,6 +99,7 @@ def disable() -> None:
     if _overlay.handler is not None:
         bpy.types.SpaceView3D.draw_handler_remove(_overlay.handler, "WINDOW")
         _overlay.handler = None
+    _overlay.tools = None
     set_cells(None)
     set_paths(None)
 
@@ -246,24 +248,32 @@ def draw(display: Any, pixel_size: float = 1.0) -> None:
     pixel_size : float
         Pixels per unit of line width: 2 on a screen of high resolution.
     """
-    if not display.show:
+    if not display.show or (_overlay.sections is None and _overlay.paths is None):
         return
+    if _overlay.tools is None:
+        _overlay.tools = _Tools(
+            overlay_shader.cells_shader(), overlay_shader.paths_shader(),
+            overlay_shader.cube_batch(), overlay_shader.ramp_texture(),
+        )  # fmt: skip
     before = gpu.state.blend_get(), gpu.state.depth_test_get(), gpu.state.depth_mask_get()
     gpu.state.blend_set("ALPHA")
     # Without the soft edges of one line cutting holes into the next.
     gpu.state.depth_mask_set(False)
     try:
         if _overlay.sections is not None:
-            _draw_cells(_overlay.sections, display, pixel_size)
+            _draw_cells(_overlay.tools, _overlay.sections, display, pixel_size)
         if _overlay.paths is not None:
-            _draw_paths(_overlay.paths, display, pixel_size)
+            _draw_paths(_overlay.tools, _overlay.paths, display, pixel_size)
     finally:
         gpu.state.blend_set(before[0])
         gpu.state.depth_test_set(before[1])
         gpu.state.depth_mask_set(before[2])
+        # Blender remembers the bound shader by its address, and skips part of the binding of a new
+        # one that is made there after ours are gone (seen with Vulkan: wrong colours).
+        gpu.shader.from_builtin("UNIFORM_COLOR").bind()
 
 
-def _draw_cells(sections: _Sections, display: Any, pixel_size: float) -> None:
+def _draw_cells(tools: _Tools, sections: _Sections, display: Any, pixel_size: float) -> None:
     runs = _drawn_runs(sections, display)
     if all(first == last for first, last in runs):
         return
@@ -271,13 +281,8 @@ def _draw_cells(sections: _Sections, display: Any, pixel_size: float) -> None:
     assert cells is not None
     if _overlay.uploaded_cells is None:
         _overlay.uploads += 1
-        _overlay.uploaded_cells = _Uploaded(
-            overlay_shader.cells_shader(),
-            overlay_shader.cube_batch(),
-            overlay_shader.ramp_texture(),
-            overlay_shader.cells_texture(cells, sections.order),
-        )
-    shader, cube, colours, texture = _overlay.uploaded_cells
+        _overlay.uploaded_cells = overlay_shader.cells_texture(cells, sections.order)
+    shader = tools.cells_shader
     by_count = display.colour_by == "count"
     width = display.line_width * pixel_size
     gpu.state.depth_test_set("LESS_EQUAL")
@@ -286,26 +291,27 @@ def _draw_cells(sections: _Sections, display: Any, pixel_size: float) -> None:
     shader.uniform_float("opacity", display.opacity * min(width, 1.0))
     shader.uniform_int("by_count", by_count)
     shader.uniform_float("maximum", float(max(colour_maximum(cells, display), 1)))
-    shader.uniform_sampler("cells", texture)
-    shader.uniform_sampler("colours", colours)
+    shader.uniform_sampler("cells", _overlay.uploaded_cells)
+    shader.uniform_sampler("colours", tools.colours)
     # Backwards: what matters most comes last, and so on top.
     for first, last in reversed(runs):
         if last > first:
             # Our own offset: whether gl_InstanceID counts from instance_start differs.
             shader.uniform_int("first_cell", first)
-            cube.draw_instanced(shader, instance_count=last - first)
+            tools.cube.draw_instanced(shader, instance_count=last - first)
 
 
-def _draw_paths(paths: tuple[np.ndarray, np.ndarray], display: Any, pixel_size: float) -> None:
+def _draw_paths(
+    tools: _Tools, paths: tuple[np.ndarray, np.ndarray], display: Any, pixel_size: float
+) -> None:
     if _overlay.uploaded_paths is None:
         _overlay.uploads += 1
         segments, colours = paths
-        batch = overlay_shader.line_batch(segments[:, 0], segments[:, 1], colours)
-        _overlay.uploaded_paths = overlay_shader.paths_shader(), batch
-    shader, batch = _overlay.uploaded_paths
+        _overlay.uploaded_paths = overlay_shader.line_batch(segments[:, 0], segments[:, 1], colours)
+    shader = tools.paths_shader
     shader.bind()
     overlay_shader.set_view(shader, (display.line_width + PATH_WIDTH) * pixel_size)
     for depth_test, opacity in (("GREATER", HIDDEN_OPACITY), ("LESS_EQUAL", 1.0)):
         gpu.state.depth_test_set(depth_test)
         shader.uniform_float("opacity", opacity)
-        batch.draw(shader)
+        _overlay.uploaded_paths.draw(shader)
