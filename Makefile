@@ -36,7 +36,7 @@ system-libraries:
 .PHONY: demo
 demo: venv system-libraries ## Evaluate the sample scenes with all structures into build/demo
 	$(call say,Evaluating the sample scenes)
-	@$(BIN)/python -m accelscope.sample_scenes.demo --output build/demo
+	@$(BIN)/python -m accelscope.addon.demo --output build/demo
 
 .PHONY: test
 test: lint types pytest ## Check format, lint and types, and run all tests

@@ -143,14 +143,8 @@ def list_text() -> str:
         for name, entry in entries.items():
             lines.append(f"  {name}: {entry.summary}")
             for row in describe(entry.Settings):
-                default = row["default"]
-                if row.get("unset"):
-                    default = row["unset"]
-                elif isinstance(default, list):
-                    default = "x".join(f"{value:g}" for value in default)
-                elif isinstance(default, bool):
-                    default = str(default).lower()
-                lines.append(f"      {row['key']}={default}  {row['description']}; {row['takes']}")
+                assignment = f"{row['key']}={row['default_text']}"
+                lines.append(f"      {assignment}  {row['description']}; {row['takes']}")
         lines.append("")
     return "\n".join(lines).rstrip()
 

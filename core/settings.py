@@ -197,12 +197,37 @@ def to_json(settings: Any) -> dict[str, Any]:
     return values
 
 
+def to_text(settings: Any) -> str:
+    """Return the settings as the command line takes them: ``resolution=auto,mailbox=true``."""
+    parts = []
+    for field in dataclasses.fields(settings):
+        value = getattr(settings, field.name)
+        parts.append(f"{key_of(field)}={_value_to_text(field, value)}")
+    return ",".join(parts)
+
+
+def _value_to_text(field: dataclasses.Field, value: Any) -> str:
+    """Return the text that :func:`_parse_value` turns back into `value`."""
+    if field.metadata["unset"] and value == field.default:
+        return field.metadata["unset"]
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return "x".join(str(component) for component in value)
+    return str(value)
+
+
 def describe(settings_type: type) -> list[dict[str, Any]]:
     """Return one JSON-ready mapping per setting: key, label, default, limits, choices, ..."""
     rows = []
     for field in dataclasses.fields(settings_type):
         default = list(field.default) if isinstance(field.default, tuple) else field.default
-        row = {"key": key_of(field), "takes": kind_in_words(field), "default": default}
+        row = {
+            "key": key_of(field),
+            "takes": kind_in_words(field),
+            "default": default,
+            "default_text": _value_to_text(field, field.default),
+        }
         rows.append(row | {name: value for name, value in field.metadata.items() if value})
     return rows
 

@@ -14,11 +14,12 @@ import numpy as np
 
 from ..colours import depth_colours
 from ..scene import Camera, Scene
+from ..settings import to_text
 from ..structures.bvh import BVH
 from ..structures.contract import Cells, Structure
 from .experiment import Built
 from .png import write_png
-from .report import figures
+from .report import figures, show_integer, write_text
 from .workloads import CameraSettings, camera_axes, camera_of, camera_rays
 
 WIDTH, HEIGHT = 960, 720
@@ -47,7 +48,7 @@ class View:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.camera: Camera = camera_of(scene, CameraSettings())
+        self.camera: Camera = camera_of(scene, CameraSettings(width=WIDTH, height=HEIGHT))
         self.width, self.height = WIDTH * SUPERSAMPLING, HEIGHT * SUPERSAMPLING
         rays = camera_rays(self.camera, self.width, self.height)
         hits, _ = BVH.build(scene, BVH.Settings()).trace(rays)
@@ -159,13 +160,14 @@ class Gallery:
             chosen = cells.depth < levels
             pictures.append(("levels", f"levels 0 to {levels - 1}", chosen))
         leaves = cells.is_leaf & (cells.count > 0)
-        text = f"{leaves.sum():,} leaves with triangles".replace(",", " ")
-        if leaves.sum() > MOST_CELLS:
+        n_leaves = int(leaves.sum())
+        text = f"{show_integer(n_leaves)} {'leaf' if n_leaves == 1 else 'leaves'} with triangles"
+        if n_leaves > MOST_CELLS:
             # Every k-th: an even thinning keeps the shape.
-            keep = np.flatnonzero(leaves)[:: -(-int(leaves.sum()) // MOST_CELLS)]
+            keep = np.flatnonzero(leaves)[:: -(-n_leaves // MOST_CELLS)]
             leaves = np.zeros_like(leaves)
             leaves[keep] = True
-            text = f"{len(keep):,} of the ".replace(",", " ") + text
+            text = f"{show_integer(len(keep))} of the {text}"
         pictures.append(("leaves", text, leaves))
         shown = []
         for kind, caption, chosen in pictures:
@@ -192,33 +194,40 @@ class Gallery:
 
     def write_page(self) -> None:
         """Write ``index.html`` beside the pictures."""
-        from .report import write_text
-
         write_text(self.folder / "index.html", PAGE.replace("ROWS", "\n".join(self._rows)))
+
+
+RAY_SECTIONS = ("Rays", "Per ray")
+
+
+def html_table(caption: str, rows: list[tuple[str, str, str]]) -> str:
+    """Return rows of :func:`figures` as a table."""
+    lines = "".join(
+        f"<tr><th>{html.escape(label)}</th><td>{html.escape(text)}</td></tr>"
+        for _, label, text in rows
+    )
+    return f"<table><caption>{html.escape(caption)}</caption>{lines}</table>"
 
 
 def section(built: Built, records: list[dict[str, Any]], pictures: list[tuple[str, str]]) -> str:
     """Return the part of the page about one structure over one scene."""
     structure = built.structure
-    settings = ", ".join(
-        f"{key}={value}" for key, value in records[0]["structure"]["settings"].items()
-    )
     shown = "".join(
         f'<figure><img src="{html.escape(file)}" alt="{html.escape(caption)}">'
         f"<figcaption>{html.escape(caption)}</figcaption></figure>"
         for file, caption in pictures
     )
-    tables = []
-    for n, record in enumerate(records):
-        rows = [row for row in figures(record) if n == 0 or row[0] in ("Rays", "Per ray")]
-        lines = "".join(
-            f"<tr><th>{html.escape(label)}</th><td>{html.escape(text)}</td></tr>"
-            for group, label, text in rows
+    rows = figures(records[0])
+    tables = [html_table(structure.label, [row for row in rows if row[0] not in RAY_SECTIONS])]
+    for record in records:
+        rows = figures(record)
+        tables.append(
+            html_table(record["rays"]["name"], [row for row in rows if row[0] in RAY_SECTIONS])
         )
-        tables.append(f"<table><caption>{record['rays']['name']}</caption>{lines}</table>")
     return (
         f"<section><h2>{html.escape(structure.scene.name)} &middot; "
-        f"{html.escape(structure.label)}</h2><p>{html.escape(settings)}</p>"
+        f"{html.escape(structure.label)}</h2>"
+        f"<p>{html.escape(to_text(structure.settings).replace(',', ', '))}</p>"
         f'<div class="row">{shown}<div class="tables">{"".join(tables)}</div></div></section>'
     )
 
@@ -226,21 +235,21 @@ def section(built: Built, records: list[dict[str, Any]], pictures: list[tuple[st
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>AccelScope</title>
 <style>
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 96rem;
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 110rem;
   padding: 0 1.5rem; color: #222; background: #fff; }
 h1 { font-weight: 600; } h2 { margin: 2.5rem 0 0; font-weight: 600; }
 p { margin: .2rem 0 .8rem; color: #666; font-size: .85rem; }
 .row { display: flex; flex-wrap: wrap; gap: 1.2rem; align-items: flex-start; }
-figure { margin: 0; } img { width: 33rem; max-width: 100%; border: 1px solid #ddd; display: block; }
+figure { margin: 0; } img { width: 29rem; max-width: 100%; border: 1px solid #ddd; display: block; }
 figcaption { color: #666; font-size: .85rem; margin-top: .3rem; }
-.tables { display: flex; flex-wrap: wrap; gap: 1.5rem; }
+.tables { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: flex-start; }
 table { border-collapse: collapse; font-size: .85rem; } caption { text-align: left;
   font-weight: 600; padding-bottom: .3rem; }
 th { text-align: left; font-weight: 400; padding: .1rem 1.2rem .1rem 0; color: #555; }
 td { text-align: right; font-variant-numeric: tabular-nums; }
 </style></head><body><h1>AccelScope</h1>
-<p>Cells are coloured by depth, from dark (root) to bright; cells of a grid by their number of
-triangles. Lines behind the mesh are faint.</p>
+<p>Cells are coloured by depth, from blue (root) to red (deepest); cells of a grid by their number
+of triangles. Lines behind the mesh are faint.</p>
 ROWS
 </body></html>
 """

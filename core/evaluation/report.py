@@ -92,7 +92,7 @@ FIGURES: tuple[Figure, ...] = (
     # section, label, path in the record, how it is shown
     ("Scene", "Triangles", ("scene", "triangles"), show_integer),
     ("Scene", "Dropped triangles", ("scene", "dropped_triangles"), show_integer),
-    ("Build", "Time", ("build", "seconds"), show_seconds),
+    ("Build", "Build time", ("build", "seconds"), show_seconds),
     ("Build", "Memory", ("build", "bytes"), in_words),
     ("Structure", "N_IN inner nodes", ("statistics", "N_IN"), show_integer),
     ("Structure", "N_V leaves", ("statistics", "N_V"), show_integer),
@@ -105,7 +105,7 @@ FIGURES: tuple[Figure, ...] = (
     ("Structure", "C_isect", ("statistics", "sah_constants", "C_isect"), show_number),
     ("Rays", "Rays", ("rays", "count"), show_integer),
     ("Rays", "Hits", ("trace", "hits"), show_integer),
-    ("Rays", "Time", ("trace", "seconds"), show_seconds),
+    ("Rays", "Trace time", ("trace", "seconds"), show_seconds),
     ("Rays", "Rays per second", ("trace", "rays_per_second"), show_integer),
     ("Per ray", "N_TS steps", ("trace", "N_TS"), show_number),
     ("Per ray", "N_ETS leaves", ("trace", "N_ETS"), show_number),

@@ -122,16 +122,24 @@ def camera_of(scene: Scene, settings: CameraSettings) -> Camera:
             np.array(settings.from_), np.array(settings.at), np.array(settings.up),
             settings.fov or 45.0,
         )  # fmt: skip
-    own = scene.camera or framing_camera(scene)
+    own = scene.camera or framing_camera(scene, settings.width / settings.height)
     return Camera(own.position, own.target, own.up, settings.fov or own.fov)
 
 
-def framing_camera(scene: Scene, fov: float = 45.0) -> Camera:
-    """Return a camera that looks down on the whole scene from the front right."""
+def framing_camera(scene: Scene, aspect: float, fov: float = 45.0) -> Camera:
+    """Return a camera that looks down on the whole scene from the front right.
+
+    Parameters
+    ----------
+    aspect : float
+        Width of the picture over its height.
+    """
     centre = 0.5 * (scene.lower + scene.upper)
     direction = np.array([0.55, -0.75, 0.42])
     direction /= np.linalg.norm(direction)
-    distance = 0.5 * scene.diagonal / np.sin(np.radians(fov) / 2)
+    # The bounding sphere fills the smaller side.
+    half = np.arctan(np.tan(np.radians(fov) / 2) * min(aspect, 1 / aspect))
+    distance = 0.5 * scene.diagonal / np.sin(half)
     return Camera(centre + direction * distance, centre, np.array([0.0, 0.0, 1.0]), fov)
 
 

@@ -176,7 +176,9 @@ def cell_at(grid, axis, x):
 
 
 @kernel
-def insert(grid, corners, boxes, first, last, slack, hair, is_exact, fill, cursor, lo, hi, cell_box):
+def insert(
+    grid, corners, boxes, first, last, slack, hair, is_exact, fill, cursor, lo, hi, cell_box
+):
     """Insert the triangles ``first <= n < last`` into every cell they overlap.
 
     Boxes are widened by `slack` (3,), the rounding of a walk, and under open overlap lowered at
@@ -373,7 +375,16 @@ class Grid(Structure):
                 progress.report(first, len(scene), text)
                 last = min(first + cls.CHUNK, len(scene))
                 call(
-                    insert, grid, triangles.corners, boxes, first, last, *how, fill, cursor, *scratch
+                    insert,
+                    grid,
+                    triangles.corners,
+                    boxes,
+                    first,
+                    last,
+                    *how,
+                    fill,
+                    cursor,
+                    *scratch,
                 )
             progress.report(len(scene), len(scene), text)
 

@@ -1,0 +1,213 @@
+"""Speed beside the peers, in one run: ``make bench``. A benchmark, not a test.
+
+Peers: Embree through embreex, Blender's ``mathutils.bvhtree`` in a Python loop, trimesh's own ray
+tracer. Everybody gets the same triangles and rays on the same machine; slow peers get fewer rays.
+Quote ratios, not seconds. Every figure is the best of three runs, since other programs disturb.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from accelscope.core.evaluation.experiment import warm_up
+from accelscope.core.evaluation.workloads import (
+    CameraSettings,
+    CameraWorkload,
+    RandomLinesSettings,
+    RandomLinesWorkload,
+)
+from accelscope.core.geometry.rays import Rays
+from accelscope.core.parallel import core_count
+from accelscope.core.reference import Embree
+from accelscope.core.scene import Scene
+from accelscope.core.structures import structures
+from accelscope.sample_scenes import make_sample
+
+SUBDIVISIONS = {"16k": 2, "250k": 4, "1M": 5}
+REPEATS = 3
+LOOP_RAYS = 20_000
+TRIMESH_RAYS = 2_000
+
+
+def best_of(work: Callable[[], object]) -> float:
+    """Return the least wall-clock seconds of REPEATS runs."""
+    times = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def some(rays: Rays, count: int) -> Rays:
+    """Return `count` rays spread evenly over a batch."""
+    return rays.select(np.linspace(0, len(rays) - 1, min(count, len(rays))).astype(np.int64))
+
+
+def measure_ours(scene: Scene, batches: dict[str, Rays], rows: list[dict]) -> None:
+    """Measure every structure but the naive one, all counters on."""
+    for name, structure_type in structures().items():
+        if name == "naive":
+            continue
+        warm_up(structure_type)
+        settings = structure_type.Settings()
+        structure = structure_type.build(scene, settings)
+        build = best_of(lambda: structure_type.build(scene, settings))  # noqa: B023 run at once
+        for rays_name, rays in batches.items():
+            seconds = best_of(lambda: structure.trace(rays))  # noqa: B023 run at once
+            rows.append(row(scene, name, rays_name, build, len(rays) / seconds))
+
+
+def measure_embree(scene: Scene, batches: dict[str, Rays], rows: list[dict]) -> None:
+    """Measure Embree: float32, one thread for rays, all for the build."""
+    embree = Embree(scene)
+    build = best_of(lambda: Embree(scene))
+    for rays_name, rays in batches.items():
+        seconds = best_of(lambda: embree.trace(rays))  # noqa: B023 run at once
+        rows.append(row(scene, "embreex", rays_name, build, len(rays) / seconds))
+
+
+def measure_bvhtree(scene: Scene, batches: dict[str, Rays], rows: list[dict]) -> None:
+    """Measure Blender's BVHTree, which takes one ray at a time."""
+    import bpy  # noqa: F401 brings mathutils along
+    from mathutils import Vector
+    from mathutils.bvhtree import BVHTree
+
+    vertices = scene.triangles.reshape(-1, 3).tolist()
+    faces = np.arange(len(vertices)).reshape(-1, 3).tolist()
+    build = best_of(lambda: BVHTree.FromPolygons(vertices, faces, all_triangles=True))
+    tree = BVHTree.FromPolygons(vertices, faces, all_triangles=True)
+    for rays_name, rays in batches.items():
+        few = some(rays, LOOP_RAYS)
+        pairs = [(Vector(o), Vector(d)) for o, d in zip(few.origins, few.directions, strict=True)]
+        seconds = best_of(lambda: [tree.ray_cast(o, d) for o, d in pairs])  # noqa: B023 run at once
+        rows.append(row(scene, "BVHTree", rays_name, build, len(few) / seconds))
+
+
+def measure_trimesh(scene: Scene, batches: dict[str, Rays], rows: list[dict]) -> None:
+    """Measure trimesh's own ray tracer (an R-tree and NumPy)."""
+    import trimesh
+    from trimesh.ray.ray_triangle import RayMeshIntersector
+
+    mesh = trimesh.Trimesh(
+        scene.triangles.reshape(-1, 3), np.arange(3 * len(scene)).reshape(-1, 3), process=False
+    )
+    start = time.perf_counter()
+    tracer = RayMeshIntersector(mesh)
+    tracer.intersects_first(*ends(some(batches["camera"], 1)))
+    build = time.perf_counter() - start
+    for rays_name, rays in batches.items():
+        few = some(rays, TRIMESH_RAYS)
+        start = time.perf_counter()  # once: it takes seconds
+        tracer.intersects_first(*ends(few))
+        seconds = time.perf_counter() - start
+        rows.append(row(scene, "trimesh", rays_name, build, len(few) / seconds))
+
+
+def ends(rays: Rays) -> tuple[np.ndarray, np.ndarray]:
+    """Return origins and directions."""
+    return rays.origins, rays.directions
+
+
+def row(scene: Scene, who: str, rays: str, build: float, rate: float) -> dict:
+    """Return one line of the result."""
+    return {
+        "triangles": len(scene), "who": who, "rays": rays, "build_seconds": build,
+        "rays_per_second": rate,
+    }  # fmt: skip
+
+
+def first_use() -> dict[str, dict[str, float]]:
+    """Measure starting, building and tracing: nothing compiled yet, and again."""
+    program = (
+        "import sys, time; start = time.perf_counter();"
+        "from accelscope.core import kernels; kernels.set_cache_root(sys.argv[1]);"
+        "from accelscope.addon.command import main;"
+        "main(['evaluate', 'sample:tetra', '--quiet', '--structure', sys.argv[2],"
+        "'--rays', 'random_lines:count=1000']);"
+        "print(time.perf_counter() - start)"
+    )
+    found = {}
+    for name in structures():
+        with tempfile.TemporaryDirectory() as cache:
+            runs = [
+                float(
+                    subprocess.run(
+                        [sys.executable, "-c", program, cache, name],
+                        check=True, capture_output=True, text=True,
+                    ).stdout
+                )
+                for _ in range(2)
+            ]  # fmt: skip
+        found[name] = {"first_seconds": runs[0], "later_seconds": runs[1]}
+    return found
+
+
+def report(rows: list[dict], starts: dict[str, dict[str, float]]) -> str:
+    """Return the result as text, with ratios to Embree and to BVHTree."""
+    lines = [
+        f"{platform.machine()}, {core_count()} cores, load {os.getloadavg()[0]:.1f}; "
+        f"Python {platform.python_version()}",
+        "",
+        f"{'triangles':>9}  {'rays':<12}  {'who':<8}  {'build s':>8}  {'x embreex':>9}"
+        f"  {'Mrays/s':>8}  {'x embreex':>9}  {'x BVHTree':>9}",
+    ]
+    by_key = {(each["triangles"], each["rays"], each["who"]): each for each in rows}
+    for (triangles, rays, who), each in by_key.items():
+        embree = by_key[triangles, rays, "embreex"]
+        loop = by_key.get((triangles, rays, "BVHTree"))
+        against_loop = each["rays_per_second"] / loop["rays_per_second"] if loop else float("nan")
+        lines.append(
+            f"{triangles:>9}  {rays:<12}  {who:<8}  {each['build_seconds']:>8.3f}"
+            f"  {each['build_seconds'] / embree['build_seconds']:>9.2f}"
+            f"  {each['rays_per_second'] / 1e6:>8.3f}"
+            f"  {each['rays_per_second'] / embree['rays_per_second']:>9.2f}"
+            f"  {against_loop:>9.1f}"
+        )
+    lines += ["", "start, build and trace: seconds with nothing compiled, and later"]
+    lines += [
+        f"  {name:<8} {each['first_seconds']:6.2f} {each['later_seconds']:6.2f}"
+        for name, each in starts.items()
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Run the benchmark and write build/bench/bench.json."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sizes", nargs="+", choices=SUBDIVISIONS, default=list(SUBDIVISIONS))
+    parser.add_argument("--output", type=Path, default=Path("build/bench"))
+    arguments = parser.parse_args()
+    starts = first_use()
+    rows: list[dict] = []
+    for size in arguments.sizes:
+        print(f"measuring {size} triangles ...", flush=True)
+        scene = make_sample(f"suzanne:subdivisions={SUBDIVISIONS[size]}")
+        batches = {
+            "camera": CameraWorkload.make(scene, CameraSettings()),
+            "random_lines": RandomLinesWorkload.make(scene, RandomLinesSettings(count=200_000)),
+        }
+        measure_ours(scene, batches, rows)
+        measure_embree(scene, batches, rows)
+        measure_bvhtree(scene, batches, rows)
+        measure_trimesh(scene, batches, rows)
+    text = report(rows, starts)
+    print(text)
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    (arguments.output / "bench.txt").write_text(text + "\n")
+    document = {"rows": rows, "starts": starts}
+    (arguments.output / "bench.json").write_text(json.dumps(document, indent=1))
+
+
+if __name__ == "__main__":
+    main()
