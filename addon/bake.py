@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
@@ -10,9 +10,11 @@ import numpy as np
 from ..core.colours import INNER_COLOUR, count_colours, depth_colours
 from ..core.errors import InputError
 from ..core.memory import refuse_if_too_large
-from ..core.structures.contract import Cells
 from .overlay import colour_maximum, visible
 from .overlay_shader import EDGES, EMPTY_OPACITY, UNIT_CORNERS
+
+if TYPE_CHECKING:  # only the type: its module brings Numba in
+    from ..core.structures.contract import Cells
 
 COLLECTION = "AccelScope"
 

@@ -10,14 +10,16 @@ Nothing here holds a reference to Blender's data, so undo, file load and deleted
 from __future__ import annotations
 
 import traceback
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 import gpu
 import numpy as np
 
-from ..core.structures.contract import Cells
 from . import overlay_shader
+
+if TYPE_CHECKING:  # only the type: its module brings Numba in
+    from ..core.structures.contract import Cells
 
 MAXIMUM_DRAWN = 500_000
 """Cells drawn at most; of more, leaves come first, then inner nodes, then the shallow ones."""

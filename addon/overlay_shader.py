@@ -8,11 +8,15 @@ that fades over one pixel instead of stairs.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import gpu
 import numpy as np
 
 from ..core.colours import INNER_COLOUR, ramp
-from ..core.structures.contract import Cells
+
+if TYPE_CHECKING:  # only the type: its module brings Numba in
+    from ..core.structures.contract import Cells
 
 TEXTURE_WIDTH = 4096
 """Texels in a row of the texture of boxes; even, and within the limits of every graphics card."""
