@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.evaluation.workloads import WORKLOADS, workload_named
+from ..core.evaluation.workloads import WORKLOADS, Workload, workload_named
 from ..core.files import load_mesh_file
 from ..core.kernels import HAS_NUMBA
 from ..core.progress import SILENT, Progress, TerminalProgress
 from ..core.scene import Scene
 from ..core.settings import describe, parse, parse_spec
 from ..core.structures import structure_named, structures
+from ..core.structures.contract import Structure
 from ..sample_scenes import make_sample, samples
 
 EXAMPLES = """\
@@ -178,9 +179,9 @@ def open_scene(argument: str) -> Scene:
     return load_mesh_file(argument)
 
 
-def structure_specs(texts: Sequence[str]) -> list[tuple[type, Any]]:
+def structure_specs(texts: Sequence[str]) -> list[tuple[type[Structure], Any]]:
     """Return (structure, settings) for the texts of ``--structure``; ``all`` is every structure."""
-    chosen = []
+    chosen: list[tuple[type[Structure], Any]] = []
     for text in texts:
         name, values = parse_spec(text)
         if name == "all" and not values:
@@ -191,9 +192,9 @@ def structure_specs(texts: Sequence[str]) -> list[tuple[type, Any]]:
     return chosen
 
 
-def workload_specs(texts: Sequence[str]) -> list[tuple[type, Any]]:
+def workload_specs(texts: Sequence[str]) -> list[tuple[type[Workload], Any]]:
     """Return (workload, settings) for the texts of ``--rays``."""
-    chosen = []
+    chosen: list[tuple[type[Workload], Any]] = []
     for text in texts:
         name, values = parse_spec(text)
         entry = workload_named(name)
@@ -272,7 +273,7 @@ def evaluate(arguments: argparse.Namespace, open_file: Callable[[], Scene] | Non
         print(table(records))
 
 
-def announce_compilation(structure_type: type, progress: Progress) -> None:
+def announce_compilation(structure_type: type[Structure], progress: Progress) -> None:
     """Say that kernels are about to be compiled, where somebody reads along."""
     from ..core.kernels import is_warm
 

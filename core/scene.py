@@ -91,7 +91,7 @@ class Scene:
         InputError
             When no triangle is left that a ray could hit.
         """
-        triangles = np.ascontiguousarray(triangles, dtype=np.float64).reshape(-1, 3, 3)
+        triangles = np.require(triangles, np.float64, ["C", "W"]).reshape(-1, 3, 3)
         if len(triangles) == 0:
             raise InputError(f"{name} has no triangles; choose a mesh with faces")
         if len(triangles) >= 2**31:

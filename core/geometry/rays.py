@@ -75,7 +75,8 @@ class Rays:
         InputError
             If shapes differ, a number is not finite, a direction is zero or t_max is negative.
         """
-        origins = np.ascontiguousarray(origins, dtype=np.float64)
+        # Kernels are compiled for writable C arrays; a read-only one would compile them anew.
+        origins = np.require(origins, np.float64, ["C", "W"])
         directions = np.ascontiguousarray(directions, dtype=np.float64) + 0.0  # no -0.0
         count = len(origins)
         if origins.shape != (count, 3) or directions.shape != (count, 3):
@@ -94,7 +95,7 @@ class Rays:
                 f"{zero.sum()} rays have the direction zero, the first is ray {zero.argmax()}"
             )
         try:
-            t_max = np.ascontiguousarray(np.broadcast_to(t_max, count), dtype=np.float64)
+            t_max = np.array(np.broadcast_to(t_max, count), dtype=np.float64)
         except ValueError:
             raise InputError(f"t_max must have one value per ray ({count})") from None
         if not (t_max >= 0).all():
@@ -103,8 +104,8 @@ class Rays:
             inverse = 1.0 / directions
         return cls(
             origins, directions, inverse, t_max,
-            np.ascontiguousarray(np.broadcast_to(queries, count), dtype=np.uint8),
-            np.ascontiguousarray(np.broadcast_to(classes, count), dtype=np.uint8),
+            np.array(np.broadcast_to(queries, count), dtype=np.uint8),
+            np.array(np.broadcast_to(classes, count), dtype=np.uint8),
             class_names,
         )  # fmt: skip
 
@@ -156,9 +157,9 @@ class Ray(NamedTuple):
     high_x: float
     high_y: float
     high_z: float
-    kx: int
-    ky: int
-    kz: int
+    kx: np.uint64
+    ky: np.uint64
+    kz: np.uint64
     okx: float
     oky: float
     okz: float

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import inlined, kernel
+from ..scene import Scene
 
 NO_HIT = np.inf
 
@@ -36,7 +37,7 @@ class Triangles(NamedTuple):
     reach: np.ndarray
 
 
-def triangles_of(scene, order: np.ndarray | None = None) -> Triangles:
+def triangles_of(scene: Scene, order: np.ndarray | None = None) -> Triangles:
     """Return the scene's triangles for kernels, in scene order or permuted by `order`."""
     corners = scene.triangles
     edges = corners[:, 1:] - corners[:, :1]

@@ -49,7 +49,7 @@ from .steps import HIT, SKIP, TEST, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
 
 
 @dataclass(frozen=True)
-class Settings:
+class BVHSettings:
     """Settings of the bounding volume hierarchy."""
 
     builder: str = setting(
@@ -84,13 +84,13 @@ class BVHArrays(NamedTuple):
     boxes : (n_nodes, 6) float64
     first : (n_nodes,) int32
         Left child of an inner node (the right one is the next), first triangle of a leaf.
-    count : (n_nodes,) int32
+    size : (n_nodes,) int32
         Triangles of a leaf; 0 marks an inner node.
     """
 
     boxes: np.ndarray
     first: np.ndarray
-    count: np.ndarray
+    size: np.ndarray
 
 
 # ----------------------------------------------------------------------------------------- build
@@ -234,7 +234,7 @@ def split_node(tree, boxes, order, node, first, count, depth, rule, scratch):
     no_gain = rule.c_isect * count * area <= rule.c_trav * area + rule.c_isect * cost
     if count == 1 or (count <= rule.max_leaf_size and no_gain):
         tree.first[node] = first
-        tree.count[node] = count
+        tree.size[node] = count
         return 0
     if axis >= 0:
         low = bounds[6 + axis]
@@ -243,7 +243,7 @@ def split_node(tree, boxes, order, node, first, count, depth, rule, scratch):
     else:
         n_left = count // 2  # nothing tells the triangles apart: split by index
     tree.first[node] = 2 * (first + n_left) - 1
-    tree.count[node] = 0
+    tree.size[node] = 0
     return n_left
 
 
@@ -300,7 +300,7 @@ def make_scratch(bins: int) -> Scratch:
 
 
 def build_tree(
-    boxes: np.ndarray, settings: Settings, progress: Progress
+    boxes: np.ndarray, settings: BVHSettings, progress: Progress
 ) -> tuple[BVHArrays, np.ndarray]:
     """Build the tree over boxes, which are reordered in place.
 
@@ -316,7 +316,7 @@ def build_tree(
     """
     count = len(boxes)
     order = np.arange(count, dtype=np.int32)
-    # A count of -1 marks a number that no node has taken.
+    # A size of -1 marks a number that no node has taken.
     tree = BVHArrays(
         np.zeros((2 * count - 1, 6)), np.zeros(2 * count - 1, np.int32),
         np.full(2 * count - 1, -1, np.int32),
@@ -353,7 +353,7 @@ def build_tree(
         finally:
             for future in futures:
                 future.cancel()
-    n_nodes = int((tree.count >= 0).sum())
+    n_nodes = int((tree.size >= 0).sum())
     compact = BVHArrays(
         np.empty((n_nodes, 6)), np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32)
     )
@@ -374,9 +374,9 @@ def copy_depth_first(tree, out, stack):
         old, new = stack[height, 0], stack[height, 1]
         for side in range(6):
             out.boxes[new, side] = tree.boxes[old, side]
-        out.count[new] = tree.count[old]
+        out.size[new] = tree.size[old]
         out.first[new] = tree.first[old]
-        if tree.count[old] == 0:
+        if tree.size[old] == 0:
             out.first[new] = taken
             for right in range(1, -1, -1):
                 stack[height, 0], stack[height, 1] = tree.first[old] + right, taken + right
@@ -396,7 +396,7 @@ def walk_bvh(structure, triangles, ray, number, workspace, log):
 
     Node numbers are unsigned: Numba then leaves out the look at negative indices, 5% of the time.
     """
-    boxes, firsts, counts = structure.boxes, structure.first, structure.count
+    boxes, firsts, counts = structure.boxes, structure.first, structure.size
     cells, enters = workspace.cells, workspace.enters
     best_t, best = np.inf, -1
     limit = ray.t_max
@@ -463,12 +463,12 @@ class BVH(Structure):
     name = "bvh"
     label = "BVH"
     summary = "Binary tree of boxes, split by the surface area heuristic, walked front to back"
-    Settings = Settings
+    Settings = BVHSettings
 
     arrays: BVHArrays
 
     @classmethod
-    def build(cls, scene: Scene, settings: Settings, progress: Progress = SILENT) -> BVH:
+    def build(cls, scene: Scene, settings: BVHSettings, progress: Progress = SILENT) -> BVH:
         """Build the tree, then put the triangles into the order of its leaves."""
         refuse_if_too_large(
             len(scene) * 330, f"a BVH over {len(scene)} triangles", "use a smaller scene"
@@ -478,7 +478,7 @@ class BVH(Structure):
 
     def depths(self) -> np.ndarray:
         """Return the depth of every node, (n_nodes,) int64."""
-        first, count = self.arrays.first, self.arrays.count
+        first, count = self.arrays.first, self.arrays.size
         depth = np.zeros(len(count), dtype=np.int64)
         level = np.zeros(1, dtype=np.int64)
         below = 0
@@ -491,12 +491,12 @@ class BVH(Structure):
 
     def cells(self) -> Cells:
         """Return the boxes of all nodes; a cell's number is its node."""
-        count = self.arrays.count
+        count = self.arrays.size
         return Cells.sorted_by_depth(self.arrays.boxes, self.depths(), count > 0, count)
 
     def statistics(self) -> Statistics:
         """Return the figures of the tree."""
-        count = self.arrays.count
+        count = self.arrays.size
         areas = surface_area(self.arrays.boxes)
         return Statistics.of_cells(
             areas, count > 0, count, self.depths(), float(areas[0]),

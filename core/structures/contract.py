@@ -407,9 +407,9 @@ class Structure(abc.ABC):
         while True:
             log = make_log(capacity)
             self._trace(arrays, 0, 1, self._workspace(), log, *out)
-            if log.count[0] <= capacity:
+            if log.written[0] <= capacity:
                 return Steps.from_log(log)
-            capacity = int(log.count[0])
+            capacity = int(log.written[0])
 
     def _trace(
         self, rays: RayArrays, first: int, last: int, workspace: Workspace, log: Log, *out: Any

@@ -49,7 +49,7 @@ from .steps import HIT, MAILBOX, POSTPONE, TEST, VISIT_EMPTY, VISIT_LEAF, VOLUME
 
 
 @dataclass(frozen=True)
-class Settings:
+class GridSettings:
     """Settings of the uniform grid."""
 
     resolution: tuple[int, int, int] = setting(
@@ -326,7 +326,7 @@ class Grid(Structure):
     name = "grid"
     label = "Uniform Grid"
     summary = "Equal cells in CSR lists, walked by a 3D DDA"
-    Settings = Settings
+    Settings = GridSettings
 
     arrays: GridArrays
 
@@ -338,7 +338,7 @@ class Grid(Structure):
         return self.settings.mailbox
 
     @classmethod
-    def build(cls, scene: Scene, settings: Settings, progress: Progress = SILENT) -> Grid:
+    def build(cls, scene: Scene, settings: GridSettings, progress: Progress = SILENT) -> Grid:
         """Count the references of every cell, turn counts into offsets, fill in the references."""
         size = scene.upper - scene.lower
         margin = settings.padding * size

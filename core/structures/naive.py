@@ -29,7 +29,7 @@ from .steps import HIT, TEST, VISIT_LEAF, note
 
 
 @dataclass(frozen=True)
-class Settings:
+class NaiveSettings:
     """Settings of the naive algorithm: only the constants of the cost model."""
 
     C_trav: float = traversal_cost()
@@ -67,13 +67,13 @@ class Naive(Structure):
     name = "naive"
     label = "Naive"
     summary = "Every ray against every triangle: the baseline and the truth"
-    Settings = Settings
+    Settings = NaiveSettings
 
     arrays: NaiveArrays
     triangles: Triangles
 
     @classmethod
-    def build(cls, scene: Scene, settings: Settings, progress: Progress = SILENT) -> Naive:
+    def build(cls, scene: Scene, settings: NaiveSettings, progress: Progress = SILENT) -> Naive:
         """Wrap the scene; there is nothing to build."""
         box = np.concatenate([scene.lower, scene.upper])[None]
         return cls(scene, settings, NaiveArrays(box), triangles_of(scene))

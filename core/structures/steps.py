@@ -50,10 +50,10 @@ _KIND, _CELL, _PRIMITIVE, _T_ENTER, _T_EXIT = range(5)
 
 
 class Log(NamedTuple):
-    """Room for events: `rows` is (capacity, 5) float64, `count` is (1,) int64."""
+    """Room for events: `rows` is (capacity, 5) float64, `written` is (1,) int64."""
 
     rows: np.ndarray
-    count: np.ndarray
+    written: np.ndarray
 
 
 def make_log(capacity: int) -> Log:
@@ -67,7 +67,7 @@ def note(log, kind, cell, primitive, t_enter, t_exit):
     capacity = log.rows.shape[0]
     if capacity == 0:
         return
-    index = log.count[0]
+    index = log.written[0]
     if index < capacity:
         row = log.rows[index]
         row[_KIND] = kind
@@ -75,7 +75,7 @@ def note(log, kind, cell, primitive, t_enter, t_exit):
         row[_PRIMITIVE] = primitive
         row[_T_ENTER] = t_enter
         row[_T_EXIT] = t_exit
-    log.count[0] = index + 1
+    log.written[0] = index + 1
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Steps:
     @classmethod
     def from_log(cls, log: Log) -> Steps:
         """Unpack the rows that were written."""
-        rows = log.rows[: log.count[0]]
+        rows = log.rows[: log.written[0]]
         whole = rows[:, : _PRIMITIVE + 1].astype(np.int32)
         return cls(
             whole[:, _KIND], whole[:, _CELL], whole[:, _PRIMITIVE],
