@@ -125,6 +125,8 @@ def check(settings: T, where: str) -> T:
         if isinstance(value, (str, bool)):
             continue
         for component in value if isinstance(value, tuple) else (value,):
+            if isinstance(component, int) and abs(component) >= 2**63:
+                raise InputError(f"{where}: {key_of(field)} is a number of more than 64 bits")
             if not math.isfinite(component):
                 raise InputError(f"{where}: {key_of(field)} must be finite, not {component}")
             low, high = meta["minimum"], meta["maximum"]
@@ -134,7 +136,7 @@ def check(settings: T, where: str) -> T:
                     for word, limit in (("least", low), ("most", high))
                     if limit is not None
                 )
-                raise InputError(f"{where}: {key_of(field)} must be {limits}, not {component:g}")
+                raise InputError(f"{where}: {key_of(field)} must be {limits}, not {component}")
     return settings
 
 
@@ -228,7 +230,9 @@ def describe(settings_type: type) -> list[dict[str, Any]]:
             "default": default,
             "default_text": _value_to_text(field, field.default),
         }
-        rows.append(row | {name: value for name, value in field.metadata.items() if value})
+        rows.append(
+            row | {name: value for name, value in field.metadata.items() if value or value == 0}
+        )
     return rows
 
 
