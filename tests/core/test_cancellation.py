@@ -1,0 +1,121 @@
+"""A Progress that raises Cancelled stops the work at once, and leaves no thread behind."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from accelscope.core.evaluation import experiment
+from accelscope.core.evaluation.workloads import random_lines, workloads
+from accelscope.core.geometry.rays import Rays
+from accelscope.core.progress import Cancelled, Progress
+from accelscope.core.scene import Scene
+from accelscope.core.structures import structures
+from accelscope.sample_scenes import make_sample
+
+
+class CancelAfter(Progress):
+    """Cancels at the first report after some seconds, and notes when and how long it had to wait."""
+
+    def __init__(self, seconds):
+        self.deadline = time.perf_counter() + seconds
+        self.cancelled = None
+        self.reports = []
+
+    def report(self, done, total, text):
+        self.reports.append((done, total, text))
+        if time.perf_counter() >= self.deadline:
+            self.cancelled = time.perf_counter()
+            raise Cancelled
+
+
+@pytest.fixture(scope="module")
+def big():
+    return make_sample("soup:count=200000,edge=0.02")
+
+
+def assert_prompt(progress, stopped, threads):
+    assert progress.cancelled is not None
+    # Half a second is promised; the machine may be busy with something else.
+    assert stopped - progress.deadline < 1.0
+    assert set(threading.enumerate()) <= threads
+
+
+@pytest.mark.parametrize("wait", [0.0, 0.03])
+@pytest.mark.parametrize("name", ["bvh", "grid"])
+def test_a_build_stops(big, name, wait):
+    structure = structures()[name]
+    structure.build(make_sample("tetra:depth=2"), structure.Settings())  # compiled before
+    threads = set(threading.enumerate())
+    progress = CancelAfter(wait)
+    with pytest.raises(Cancelled):
+        structure.build(big, structure.Settings(), progress)
+    assert_prompt(progress, time.perf_counter(), threads)
+
+
+def test_tracing_stops(big, structure_name):
+    scene, count = big, 2_000_000
+    if structure_name == "naive":  # where one ray takes a fraction of a millisecond
+        scene, count = Scene.from_triangles(big.triangles[:40_000], "soup"), 20_000
+    structure = structures()[structure_name].build(scene, structures()[structure_name].Settings())
+    rays = Rays.from_arrays(*random_lines(big.lower, big.upper, count, 1))
+    structure.trace(rays.select(np.arange(2)))
+    threads = set(threading.enumerate())
+    progress = CancelAfter(0.1)
+    with pytest.raises(Cancelled):
+        structure.trace(rays, progress=progress)
+    assert_prompt(progress, time.perf_counter(), threads)
+
+
+def test_a_grid_of_giants_stops():
+    """Large triangles in a fine grid: few triangles, many references."""
+    rng = np.random.default_rng(1)
+    scene = Scene.from_triangles(rng.random((2000, 3, 3)), "giants")
+    grid = structures()["grid"]
+    grid.build(make_sample("tetra:depth=2"), grid.Settings())
+    threads = set(threading.enumerate())
+    progress = CancelAfter(0.05)
+    with pytest.raises(Cancelled):
+        grid.build(scene, grid.Settings(resolution=(200, 200, 200)), progress)
+    assert_prompt(progress, time.perf_counter(), threads)
+
+
+def test_experiments_pass_it_on(big):
+    bvh, lines = structures()["bvh"], workloads()["random_lines"]
+    with pytest.raises(Cancelled):
+        experiment.build(big, bvh, bvh.Settings(), CancelAfter(0.0))
+    built = experiment.build(big, bvh, bvh.Settings())
+    with pytest.raises(Cancelled):
+        experiment.trace(built, lines, lines.Settings(), 0, CancelAfter(0.0))
+
+
+def test_progress_runs_from_nothing_to_all(structure_name):
+    scene = make_sample("soup:count=30000")
+    structure = structures()[structure_name]
+    progress = CancelAfter(1e9)
+    built = structure.build(scene, structure.Settings(), progress)
+    rays = Rays.from_arrays(*random_lines(scene.lower, scene.upper, 10_000, 1))
+    if structure_name == "naive":
+        rays = rays.select(np.arange(200))
+    built.trace(rays, progress=progress)
+    by_text = {}
+    for done, total, text in progress.reports:
+        by_text.setdefault(text, []).append((done, total))
+    assert by_text
+    for steps in by_text.values():
+        dones = [done for done, _ in steps]
+        assert dones == sorted(dones)
+        assert steps[-1][0] == steps[-1][1]
+        assert len({total for _, total in steps}) == 1
+
+
+def test_an_error_in_progress_is_not_swallowed(big):
+    class Broken(Progress):
+        def report(self, done, total, text):
+            raise ZeroDivisionError
+
+    bvh = structures()["bvh"]
+    threads = set(threading.enumerate())
+    with pytest.raises(ZeroDivisionError):
+        bvh.build(big, bvh.Settings(), Broken())
+    assert set(threading.enumerate()) <= threads

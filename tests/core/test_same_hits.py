@@ -1,0 +1,58 @@
+"""Every structure returns the very bits of brute force, on every ray we can think of."""
+
+import numpy as np
+import pytest
+from accelscope.core.geometry.rays import ALL, ANY, CLOSEST
+
+
+def promised(name, text, names, lab):
+    """Mask of the rays that a structure promises to get right."""
+    if name == "grid" and "overlap=open" in text:
+        return np.isin(names, lab.GENERIC)
+    return np.ones(len(names), dtype=bool)
+
+
+def test_hits_are_those_of_brute_force(lab, build, variant, scene_name):
+    name, text = variant
+    rays, names, want, _ = lab.truth(scene_name)
+    mask = promised(name, text, names, lab)
+    rays, names = rays.select(mask), names[mask]
+    want = type(want)(want.t[mask], want.primitive[mask])
+    structure = build(name, lab.small_scene(scene_name), text)
+    assert structure.validate() == []
+    closest, _ = structure.trace(rays, CLOSEST)
+    assert lab.differences(names, want, closest) == {}
+    everything, _ = structure.trace(rays, ALL)
+    assert lab.differences(names, want, everything) == {}
+    some, _ = structure.trace(rays, ANY)
+    assert lab.any_differences(names, want, some) == {}
+
+
+def test_rays_in_walls_of_cells(lab, build, variant, scene_name):
+    name, text = variant
+    if name == "grid" and "overlap=open" in text:
+        pytest.skip("an open grid may lose rays that run exactly in walls")
+    scene = lab.small_scene(scene_name)
+    structure = build(name, scene, text)
+    rays, names = lab.batch_of(lab.wall_rays(structure, 150))
+    want, _ = build("naive", scene).trace(rays)
+    got, _ = structure.trace(rays)
+    assert lab.differences(names, want, got) == {}
+
+
+def test_brute_force_meets_every_family(lab, scene_name):
+    """The comparison is worth something: most families of rays do hit."""
+    _, names, hits, n_hit = lab.truth(scene_name)
+    hit = set(names[hits.primitive >= 0])
+    families = {name for name in names if not name.endswith((" t", " t-", " t/2"))}
+    assert len(families - hit) <= (12 if scene_name in ("one", "flat") else 3), families - hit
+    assert n_hit > 500
+
+
+def test_a_ray_that_ends_at_its_hit_has_it_and_one_that_ends_before_has_not(lab, scene_name):
+    rays, names, hits, n = lab.truth(scene_name)
+    at, before, half = (slice(len(names) - k * n, len(names) - (k - 1) * n) for k in (3, 2, 1))
+    assert (hits.t[at] == rays.t_max[at]).all()
+    for ends in (before, half):
+        nearer = hits.t[at] > rays.t_max[ends]  # t may be zero
+        assert (hits.primitive[ends][nearer] == -1).all()

@@ -1,0 +1,116 @@
+"""validate() is empty for whatever is built, and finds planted damage."""
+
+import re
+
+import numpy as np
+import pytest
+
+
+def test_everything_built_is_sound(lab, build, variant, scene_name):
+    name, text = variant
+    assert build(name, lab.small_scene(scene_name), text).validate() == []
+
+
+def test_cells_and_statistics_agree(lab, build, variant):
+    name, text = variant
+    structure = build(name, lab.small_scene("soup"), text)
+    cells, figures = structure.cells(), structure.statistics()
+    assert figures.N_V == cells.is_leaf.sum()
+    assert figures.N_IN == (~cells.is_leaf).sum()
+    assert figures.N_EV == (cells.count[cells.is_leaf] == 0).sum()
+    assert figures.N_OIV == cells.count.sum()
+    assert figures.max_depth == cells.depth.max()
+    assert (np.diff(cells.depth) >= 0).all()
+    assert np.array_equal(np.sort(cells.numbers), np.arange(len(cells)))
+    assert (cells.boxes[:, :3] <= cells.boxes[:, 3:]).all()
+    assert {len(values) for values in cells.attributes().values()} == {len(cells)}
+    assert structure.memory() == sum(
+        array.nbytes for array in structure.arrays if isinstance(array, np.ndarray)
+    )
+    assert structure.memory() > 0
+    for array in (*structure.arrays, *structure.triangles):
+        if isinstance(array, np.ndarray):
+            assert array.flags.c_contiguous
+
+
+def test_boxes_of_a_tree_are_tight(lab, build, scene_name):
+    scene = lab.small_scene(scene_name)
+    for name, low, high in (("bvh", scene.lower, scene.upper), ("naive", scene.lower, scene.upper)):
+        cells = build(name, scene).cells()
+        root = cells.boxes[cells.depth == 0][0]
+        assert np.array_equal(root, np.concatenate([low, high]))
+
+
+def damaged(structure, **changes):
+    structure.arrays = structure.arrays._replace(**changes)
+    return structure
+
+
+def swap_last(array):
+    out = array.copy()
+    out[[-1, -2]] = out[[-2, -1]]
+    return out
+
+
+def changed(array, index, value):
+    out = array.copy()
+    out[index] = value
+    return out
+
+
+@pytest.mark.parametrize(
+    ("field", "damage", "words"),
+    [
+        ("offsets", lambda a: changed(a, -1, a[-1] - 1), "partition"),
+        ("offsets", lambda a: changed(a, 0, 1), "partition"),
+        ("offsets", lambda a: changed(a, len(a) // 2, a[-1] + 5), "partition"),
+        ("references", lambda a: changed(a, a == a[0], a[-1]), "in no cell"),
+        ("references", lambda a: a[::-1].copy(), "outside|out of order"),
+        ("references", lambda a: np.roll(a, 7), "outside|out of order"),
+    ],
+)
+def test_damage_to_a_grid_is_found(lab, build, field, damage, words):
+    grid = build("grid", lab.small_scene("soup"), "resolution=6x5x4")
+    assert grid.validate() == []
+    damaged(grid, **{field: damage(getattr(grid.arrays, field))})
+    violations = grid.validate()
+    assert violations
+    assert re.search(words, " ".join(violations))
+
+
+def test_a_triangle_missing_from_one_of_its_cells_is_found(lab, build):
+    """The invariant a walk rests on: every cell a triangle overlaps lists it."""
+    grid = build("grid", lab.small_scene("soup"), "resolution=6x5x4")
+    ids, counts = np.unique(grid.arrays.references, return_counts=True)
+    victim = ids[counts > 3][0]
+    place = int(np.flatnonzero(grid.arrays.references == victim)[1])
+    offsets = grid.arrays.offsets.copy()
+    offsets[np.searchsorted(offsets, place, side="right") :] -= 1
+    damaged(grid, references=np.delete(grid.arrays.references, place), offsets=offsets)
+    assert grid.validate() != []
+
+
+@pytest.mark.parametrize(
+    ("field", "damage"),
+    [
+        ("boxes", lambda a: changed(a, (0, 0), a[0, 0] + 1e-3)),
+        ("boxes", lambda a: changed(a, (-1, 4), a[-1, 4] - 1e-3)),
+        ("boxes", lambda a: changed(a, (5, 2), a[5, 2] - 1.0)),
+        ("count", lambda a: changed(a, np.flatnonzero(a > 1)[0], 1)),
+        ("first", lambda a: changed(a, 0, 3)),
+        ("first", lambda a: changed(a, -1, 0)),
+    ],
+)
+def test_damage_to_a_tree_is_found(lab, build, field, damage):
+    tree = build("bvh", lab.small_scene("soup"))
+    assert tree.validate() == []
+    damaged(tree, **{field: damage(getattr(tree.arrays, field))})
+    assert tree.validate() != []
+
+
+def test_a_wrong_order_of_triangles_is_found(lab, build):
+    tree = build("bvh", lab.small_scene("soup"))
+    ids = tree.triangles.ids.copy()
+    ids[3] = ids[4]
+    tree.triangles = tree.triangles._replace(ids=ids)
+    assert tree.validate() != []
