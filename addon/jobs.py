@@ -122,11 +122,14 @@ def _leave(job: Job) -> None:
         _current = None
 
 
-def _redraw() -> None:
-    """Have the panels drawn again, which show the progress."""
-    from . import overlay  # here, because it brings Numba in
-
-    overlay.tag_redraw()
+def _redraw_sidebars() -> None:
+    """Have the progress drawn again; not the scene, which takes long when it is large."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()
 
 
 class JobOperator:
@@ -191,7 +194,7 @@ class JobOperator:
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        _redraw()
+        _redraw_sidebars()
         if not job.is_finished:
             return {"PASS_THROUGH"}
         self._end(context)
@@ -211,7 +214,7 @@ class JobOperator:
     def _end(self, context: bpy.types.Context) -> None:
         _leave(self._job)
         context.window_manager.event_timer_remove(self._timer)
-        _redraw()
+        _redraw_sidebars()
 
     def _fail(self, error: Exception) -> set[str]:
         self.give_up()

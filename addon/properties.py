@@ -88,12 +88,14 @@ def enum_of(choices: Mapping[str, tuple[str, str]], **options: Any) -> Any:
     """Return an EnumProperty of identifier -> (label, description).
 
     A .blend stores the number of an item. It is derived from the identifier, so that a file still
-    means the same after an item has been added.
+    means the same after an item has been added. It fits into 24 bits, since Blender's buttons
+    handle it as a single-precision number.
     """
     items = [
-        (identifier, label, description, zlib.crc32(identifier.encode()) & INT_LIMIT)
+        (identifier, label, description, zlib.crc32(identifier.encode()) & 0xFFFFFF)
         for identifier, (label, description) in choices.items()
     ]
+    assert len({number for *_, number in items}) == len(items), "two identifiers share a number"
     return EnumProperty(items=items, **options)
 
 

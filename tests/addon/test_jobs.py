@@ -22,7 +22,7 @@ def jobs(bpy: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
 
     # The operator takes the way of a Blender with a window.
     app = SimpleNamespace(background=False)
-    monkeypatch.setattr(jobs, "bpy", SimpleNamespace(app=app, types=bpy.types))
+    monkeypatch.setattr(jobs, "bpy", SimpleNamespace(app=app, types=bpy.types, context=bpy.context))
     yield jobs
     jobs.stop()
 

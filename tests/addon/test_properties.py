@@ -91,6 +91,14 @@ def test_choices_are_the_registries(root: Any) -> None:
     assert items == {"structure": list(structures()), "workload": list(workloads())}
 
 
+def test_numbers_of_choices_survive_blenders_buttons(root: Any) -> None:
+    # Buttons hold them as single-precision numbers; files hold them for good.
+    numbers = {item.identifier: item.value
+               for item in root.bl_rna.properties["structure"].enum_items}  # fmt: skip
+    assert all(int(np.float32(number)) == number for number in numbers.values())
+    assert (numbers["bvh"], numbers["grid"]) == (2027846, 2152759)
+
+
 def test_every_kind_of_field_comes_back(every_kind: Any) -> None:
     from accelscope.addon import properties
 
