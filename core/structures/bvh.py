@@ -396,7 +396,7 @@ def walk_bvh(structure, triangles, ray, number, workspace, log):
 
     Node numbers are unsigned: Numba then leaves out the look at negative indices, 5% of the time.
     """
-    boxes, firsts, counts = structure.boxes, structure.first, structure.size
+    boxes, firsts, sizes = structure.boxes, structure.first, structure.size
     cells, enters = workspace.cells, workspace.enters
     best_t, best = np.inf, -1
     limit = ray.t_max
@@ -404,23 +404,32 @@ def walk_bvh(structure, triangles, ray, number, workspace, log):
 
     t = enter_box(boxes, 0, ray, limit)
     note(log, VOLUME_TEST, 0, -1, t, t)
-    height = 0
-    if t != MISS:
-        cells[0], enters[0] = 0, t
-        height = 1
-    while height > 0:
-        height -= 1
-        node, t = np.uint64(cells[height]), enters[height]
-        if t > limit:
-            note(log, SKIP, node, -1, t, limit)
-            continue
+    node, height = np.uint64(0), 0
+    searching = t != MISS
+    while searching:
         nodes_visited += 1
-        count = counts[node]
-
-        if count > 0:
+        size = sizes[node]
+        if size == 0:
+            note(log, VISIT_INNER, node, -1, t, limit)
+            near = np.uint64(firsts[node])
+            far = near + ONE
+            near_t = enter_box(boxes, near, ray, limit)
+            far_t = enter_box(boxes, far, ray, limit)
+            volume_tests += 2
+            note(log, VOLUME_TEST, near, -1, near_t, near_t)
+            note(log, VOLUME_TEST, far, -1, far_t, far_t)
+            if far_t < near_t:
+                near, far, near_t, far_t = far, near, far_t, near_t
+            if far_t != MISS:
+                cells[height], enters[height] = far, far_t
+                height += 1
+            if near_t != MISS:
+                node, t = near, near_t
+                continue
+        else:
             leaves_visited += 1
             note(log, VISIT_LEAF, node, -1, t, limit)
-            for i in range(firsts[node], firsts[node] + count):
+            for i in range(firsts[node], firsts[node] + size):
                 hit_t = intersect(triangles, i, ray)
                 tests += 1
                 n = triangles.ids[i]
@@ -432,24 +441,14 @@ def walk_bvh(structure, triangles, ray, number, workspace, log):
                         limit = hit_t
             if ray.query == ANY and best >= 0:
                 break
-            continue
-
-        note(log, VISIT_INNER, node, -1, t, limit)
-        near = np.uint64(firsts[node])
-        far = near + ONE
-        near_t = enter_box(boxes, near, ray, limit)
-        far_t = enter_box(boxes, far, ray, limit)
-        volume_tests += 2
-        note(log, VOLUME_TEST, near, -1, near_t, near_t)
-        note(log, VOLUME_TEST, far, -1, far_t, far_t)
-        if far_t < near_t:
-            near, far, near_t, far_t = far, near, far_t, near_t
-        if far_t != MISS:
-            cells[height], enters[height] = far, far_t
-            height += 1
-        if near_t != MISS:
-            cells[height], enters[height] = near, near_t
-            height += 1
+        # Back to the last node put aside that a nearer hit has not made useless.
+        searching = False
+        while height > 0 and not searching:
+            height -= 1
+            node, t = np.uint64(cells[height]), enters[height]
+            searching = t <= limit
+            if not searching:
+                note(log, SKIP, node, -1, t, limit)
 
     return Found(best_t, best, nodes_visited, leaves_visited, 0, tests, volume_tests, 0)
 
