@@ -1,0 +1,72 @@
+"""Every command in the README is run as it stands there."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+BLOCKS = re.findall(r"^```sh\n(.*?)^```", (ROOT / "README.md").read_text(), re.M | re.S)
+COMMANDS = [line for block in BLOCKS for line in block.splitlines() if line]
+
+
+def starting_with(program: str) -> list[str]:
+    """Return the README's commands that start a program."""
+    return [command for command in COMMANDS if shlex.split(command)[0] == program]
+
+
+def test_the_readme_has_commands_of_known_kinds() -> None:
+    known = starting_with("make") + starting_with("accelscope") + starting_with("blender")
+    assert sorted(known) == sorted(COMMANDS)
+    assert len(starting_with("accelscope")) >= 4
+
+
+@pytest.mark.parametrize("command", starting_with("accelscope"))
+def test_accelscope_command(command: str, tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "accelscope", *shlex.split(command)[1:]]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    written = [words[n + 1] for n, word in enumerate(words) if word in OUTPUTS]
+    for name in written:
+        assert (tmp_path / name).exists(), name
+    assert bool(done.stdout) != ("--quiet" in words)
+
+
+OUTPUTS = {"--json", "--csv", "--hits", "--pictures"}
+
+
+@pytest.mark.parametrize("command", starting_with("make"))
+def test_make_target_exists(command: str) -> None:
+    done = subprocess.run(
+        [*shlex.split(command), "--dry-run"], cwd=ROOT, capture_output=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.bpy
+@pytest.mark.slow
+def test_make_demo(tmp_path: Path) -> None:
+    """``make demo`` less the set-up that has been done: figures and pictures of every sample."""
+    program = [sys.executable, "-m", "accelscope.addon.demo", "--output", tmp_path]
+    done = subprocess.run(program, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    from accelscope.core.structures import structures
+    from accelscope.sample_scenes import samples
+
+    rows = (tmp_path / "records.csv").read_text().splitlines()
+    assert len(rows) == 1 + 2 * len(samples()) * len(structures())
+    page = (tmp_path / "pictures" / "index.html").read_text()
+    pictures = re.findall(r'<img src="([^"]+)"', page)
+    assert len(pictures) >= len(samples()) * len(structures())
+    for name in pictures:
+        assert (tmp_path / "pictures" / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_blender_command_line_is_the_one_the_window_test_runs() -> None:
+    (command,) = starting_with("blender")
+    assert command in (ROOT / "tests" / "window" / "command.sh").read_text()
