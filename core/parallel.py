@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 
 from .progress import Progress
+
+FIRST_CHUNK = 16
+"""Items in the first chunk; cheap ones come in chunks of thousands a few milliseconds later."""
+
+TARGET = 0.02
+"""Seconds of a chunk: far below the half second within which a cancel must be noticed."""
 
 
 def core_count() -> int:
@@ -17,18 +24,19 @@ def core_count() -> int:
 def for_chunks(
     work: Callable[[int, int], None],
     total: int,
-    chunk: int,
     threads: int,
     progress: Progress,
     text: str,
 ) -> None:
     """Run ``work(first, last)`` over ``range(total)`` in chunks on several threads.
 
+    Cancellation is noticed between chunks. Their size adapts, so that each takes some TARGET
+    seconds whatever one item costs.
+
     Parameters
     ----------
     work : callable
-        Gets a half-open range; should take well under half a second, since cancellation is
-        noticed between chunks.
+        Gets a half-open range.
     threads : int
         Number of threads; 0 takes every core.
 
@@ -37,18 +45,32 @@ def for_chunks(
     Cancelled
         From `progress`; chunks under way are awaited first.
     """
-    ranges = [(first, min(first + chunk, total)) for first in range(0, total, chunk)]
-    done = 0
+
+    def timed(first: int, last: int) -> float:
+        start = time.perf_counter()
+        work(first, last)
+        return time.perf_counter() - start
+
+    threads = threads or core_count()
+    size, begun, done = FIRST_CHUNK, 0, 0
+    pending: dict[Future[float], int] = {}
     progress.report(0, total, text)
-    with ThreadPoolExecutor(max_workers=threads or core_count()) as pool:
-        pending = {pool.submit(work, *each): each for each in ranges}
+    with ThreadPoolExecutor(max_workers=threads) as pool:
         try:
-            while pending:
+            while done < total:
+                # One chunk in hand for every thread, so that none waits for us.
+                while begun < total and len(pending) < 2 * threads:
+                    last = min(begun + size, total)
+                    pending[pool.submit(timed, begun, last)] = last - begun
+                    begun = last
                 finished, _ = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
                 for future in finished:
-                    first, last = pending.pop(future)
-                    future.result()
-                    done += last - first
+                    count, seconds = pending.pop(future), future.result()
+                    done += count
+                    if seconds < TARGET and count == size:
+                        size *= 2
+                    elif seconds > 2 * TARGET:
+                        size = max(count // 2, 1)
                 progress.report(done, total, text)
         finally:
             for future in pending:

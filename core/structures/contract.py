@@ -29,9 +29,6 @@ from ..scene import Scene
 from ..settings import setting
 from .steps import COUNTER_NAMES, Log, Steps, make_log
 
-RAYS_PER_CHUNK = 4096
-"""Rays between two looks at the cancel button; costs 0.4% over one chunk per thread."""
-
 STACK_SIZE = 128
 """Cells a walk can remember; no structure grows deeper (see MAXIMUM_DEPTH)."""
 
@@ -394,7 +391,7 @@ class Structure(abc.ABC):
             self._trace(arrays, first, last, workspace, make_log(0), t, primitive, counters)
             spare.append(workspace)
 
-        for_chunks(trace_chunk, count, RAYS_PER_CHUNK, threads, progress, f"Tracing {self.name}")
+        for_chunks(trace_chunk, count, threads, progress, f"Tracing {self.name}")
         return Hits(t, primitive), Counters(counters)
 
     def record(self, rays: Rays, index: int, query: int | None = None) -> Steps:

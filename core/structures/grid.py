@@ -31,6 +31,7 @@ from ..geometry.rays import ALL, ANY, ULPS
 from ..geometry.triangle import intersect, overlaps_box, triangles_of
 from ..kernels import call, implements, kernel
 from ..memory import refuse_if_too_large
+from ..parallel import for_chunks
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
@@ -330,8 +331,6 @@ class Grid(Structure):
 
     arrays: GridArrays
 
-    CHUNK = 20_000  # triangles between two looks at the cancel button
-
     @property
     def has_mailbox(self) -> bool:  # type: ignore[override]
         """Whether the walk needs a mailbox."""
@@ -371,22 +370,14 @@ class Grid(Structure):
         scratch = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64), np.empty(6)
 
         def insert_all(fill: bool, cursor: np.ndarray, text: str) -> None:
-            for first in range(0, len(scene), cls.CHUNK):
-                progress.report(first, len(scene), text)
-                last = min(first + cls.CHUNK, len(scene))
+            def insert_some(first: int, last: int) -> None:
                 call(
-                    insert,
-                    grid,
-                    triangles.corners,
-                    boxes,
-                    first,
-                    last,
-                    *how,
-                    fill,
-                    cursor,
+                    insert, grid, triangles.corners, boxes, first, last, *how, fill, cursor,
                     *scratch,
-                )
-            progress.report(len(scene), len(scene), text)
+                )  # fmt: skip
+
+            # One thread: threads would meet at the cursors of cells.
+            for_chunks(insert_some, len(scene), 1, progress, text)
 
         insert_all(False, grid.offsets[1:], "Grid: counting references")
         np.cumsum(grid.offsets, out=grid.offsets)
