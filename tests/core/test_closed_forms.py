@@ -33,7 +33,7 @@ def test_cost_of_a_bvh_over_tetra(build, s, bins, c_trav, c_isect):
     text = f"bins={bins},C_trav={c_trav},C_isect={c_isect}"
     figures = build("bvh", scene, f"{text},max_leaf_size=4").statistics()
     assert figures.sah == pytest.approx(c_trav * 7 / 3 * (s - 1) + 4 * c_isect, rel=1e-12)
-    assert (figures.N_V, figures.N_IN) == (4 ** (s - 1), 4 ** (s - 1) - 1)
+    assert (4 ** (s - 1), 4 ** (s - 1) - 1) == (figures.N_V, figures.N_IN)
     assert figures.leaf_sizes.tolist() == [0, 0, 0, 0, 4 ** (s - 1)]
     assert figures.expected_inner == pytest.approx(7 / 3 * (s - 1), rel=1e-12)
     if (c_trav, c_isect) == (1, 1):
@@ -81,11 +81,11 @@ def test_tree_figures(lab, build, scene_name):
     assert figures.N_V == figures.N_IN + 1 == len(scene)
     assert figures.expected_tests == pytest.approx(areas.sum() / single_root(scene), rel=1e-9)
     assert figures.N_EV == 0
-    assert figures.N_OIV == len(scene)
+    assert len(scene) == figures.N_OIV
     assert figures.sah == pytest.approx(1.2 * figures.expected_inner + figures.expected_tests)
     large = build("bvh", scene, "max_leaf_size=32").statistics()
     assert large.N_V == large.N_IN + 1
-    assert large.N_OIV == len(scene)
+    assert len(scene) == large.N_OIV
     assert len(large.leaf_sizes) <= 33
     assert large.mean_leaf_size == len(scene) / large.N_V
     assert large.depths.sum() == large.N_V
@@ -99,7 +99,7 @@ def single_root(scene):
 def test_naive_is_one_leaf(lab, build, scene_name):
     scene = lab.small_scene(scene_name)
     figures = build("naive", scene, "C_trav=7,C_isect=3").statistics()
-    assert (figures.N_IN, figures.N_V, figures.N_OIV) == (0, 1, len(scene))
+    assert (0, 1, len(scene)) == (figures.N_IN, figures.N_V, figures.N_OIV)
     assert figures.sah == pytest.approx(3 * len(scene), rel=1e-12)
 
 

@@ -69,7 +69,7 @@ def test_generic_rays_agree_with_exact_arithmetic(lab, build):
     scene = Scene.from_triangles(scene.triangles[:25], "soup")
     families = lab.ray_families(scene, 12)
     # Of rays aimed at edges and corners rounding decides; all others have one right answer.
-    kept = {name: families[name] for name in lab.GENERIC + ("to faces", "inside to faces")}
+    kept = {name: families[name] for name in (*lab.GENERIC, "to faces", "inside to faces")}
     rays, _ = lab.batch_of(kept)
     hits, _ = build("naive", scene).trace(rays)
     for i in range(len(rays)):

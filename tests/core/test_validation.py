@@ -15,10 +15,10 @@ def test_cells_and_statistics_agree(lab, build, variant):
     name, text = variant
     structure = build(name, lab.small_scene("soup"), text)
     cells, figures = structure.cells(), structure.statistics()
-    assert figures.N_V == cells.is_leaf.sum()
-    assert figures.N_IN == (~cells.is_leaf).sum()
-    assert figures.N_EV == (cells.count[cells.is_leaf] == 0).sum()
-    assert figures.N_OIV == cells.count.sum()
+    assert cells.is_leaf.sum() == figures.N_V
+    assert (~cells.is_leaf).sum() == figures.N_IN
+    assert (cells.count[cells.is_leaf] == 0).sum() == figures.N_EV
+    assert cells.count.sum() == figures.N_OIV
     assert figures.max_depth == cells.depth.max()
     assert (np.diff(cells.depth) >= 0).all()
     assert np.array_equal(np.sort(cells.numbers), np.arange(len(cells)))

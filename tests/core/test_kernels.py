@@ -1,0 +1,211 @@
+"""Kernels without Numba, and their cache when it is damaged or has no place. In processes apart."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TRACE = """
+import json, sys
+import numpy as np
+from accelscope.core.geometry.rays import ALL, ANY, CLOSEST
+from accelscope.core.evaluation.workloads import random_lines
+from accelscope.core.geometry.rays import Rays
+from accelscope.core.structures import structures
+from accelscope.core import kernels
+from accelscope.sample_scenes import make_sample
+scene = make_sample("tetra:depth=2")
+o, d = random_lines(scene.lower, scene.upper, 40, 1)
+vertices = scene.triangles.reshape(-1, 3)
+axis = np.tile(np.eye(3), (16, 1))
+o = np.concatenate([o, vertices[:48] - 2 * axis, vertices[:48]])
+d = np.concatenate([d, axis, axis[::-1]])
+rays = Rays.from_arrays(o, d)
+out = {"numba": kernels.HAS_NUMBA}
+for name, structure in structures().items():
+    made = [structure.Settings()]
+    if hasattr(made[0], "mailbox"):
+        made.append(structure.Settings(mailbox=True, assignment="exact"))
+    for n, settings in enumerate(made):
+        built = structure.build(scene, settings)
+        assert built.validate() == []
+        for query in (CLOSEST, ANY, ALL):
+            hits, counters = built.trace(rays, query)
+            out[f"{name} {n} {query}"] = [hits.t.tobytes().hex(), hits.primitive.tolist(),
+                                          counters.values.tolist(),
+                                          [built.record(rays, i, query).tally() for i in (0, 50)]]
+print(json.dumps(out))
+"""
+
+NO_NUMBA = """
+import sys
+class Blocker:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("numba", "llvmlite"):
+            raise ModuleNotFoundError(name, name=name)
+sys.meta_path.insert(0, Blocker())
+import importlib.util
+find = importlib.util.find_spec
+importlib.util.find_spec = lambda name, *a: None if name.split(".")[0] == "numba" else find(name, *a)
+"""
+
+
+def run(code, **environment):
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True, text=True, timeout=300, env={**os.environ, **environment}, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done
+
+
+@pytest.fixture(scope="module")
+def expected():
+    return json.loads(run(TRACE).stdout)
+
+
+def test_plain_python_gives_the_same_bits(expected):
+    done = run(NO_NUMBA + TRACE)
+    got = json.loads(done.stdout)
+    assert (expected.pop("numba"), got.pop("numba")) == (True, False)
+    assert expected.keys() == got.keys()
+    for name in expected:
+        assert got[name] == expected[name], name
+    assert done.stderr == ""
+
+
+def test_the_command_works_without_numba():
+    main = "from accelscope.addon.command import main; sys.exit(main(sys.argv[1:]))"
+    done = subprocess.run(
+        [sys.executable, "-c", NO_NUMBA + main, "list"],
+        capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert "grid: " in done.stdout
+    assert done.stderr == ""
+    done = subprocess.run(
+        [sys.executable, "-c", NO_NUMBA + main, "evaluate", "sample:tetra:depth=1",
+         "--structure", "all", "--rays", "camera:width=6,height=5", "--json", "-"],
+        capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert len(json.loads(done.stdout)["records"]) >= 3
+    assert done.stderr == "accelscope: no Numba here: kernels run as slow plain Python\n"
+
+
+TOY = """
+from accelscope.core.kernels import kernel
+
+@kernel
+def square(x):
+    return x * x
+
+@kernel
+def sum_of_squares(values):
+    total = 0.0
+    for i in range(len(values)):
+        total += square(values[i])
+    return total
+"""
+
+SMALL = """
+import sys
+from accelscope.core import kernels
+kernels.set_cache_root(ROOT)
+sys.path.insert(0, FOLDER)
+import numpy as np
+import toy
+warm = kernels.is_warm("toy")
+print(warm, kernels.call(toy.sum_of_squares, np.arange(4.0)), toy.sum_of_squares.stats.cache_hits)
+kernels.mark_warm("toy")
+"""
+
+REAL = """
+from accelscope.core import kernels
+kernels.set_cache_root(ROOT)
+from accelscope.addon.command import main
+raise SystemExit(main(["evaluate", "sample:tetra:depth=2", "--structure", "bvh",
+                       "--rays", "camera:width=8,height=8", "--quiet"]))
+"""
+
+
+def toy(root):
+    """Return (warm, result, cache hits) of the toy kernels, with their cache at `root`."""
+    code = SMALL.replace("ROOT", repr(str(root)))
+    return run(code.replace("FOLDER", repr(str(Path(root).parent)))).stdout.split()
+
+
+@pytest.fixture
+def warm_cache(tmp_path):
+    (tmp_path / "toy.py").write_text(TOY)
+    root = tmp_path / "kernels"
+    assert toy(root) == ["False", "14.0", "0"]
+    assert toy(root) == ["True", "14.0", "1"]
+    return root
+
+
+def damage(file, how):
+    data = file.read_bytes()
+    if how == "gone":
+        file.unlink()
+        return
+    file.write_bytes(
+        {
+            "empty": b"",
+            "half": data[: len(data) // 2],
+            "one byte less": data[:-1],
+            "zeros": bytes(len(data)),
+            "text": b"Disk quota exceeded\n" * 5,
+        }[how]
+    )
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+@pytest.mark.parametrize("how", ["empty", "half", "one byte less", "zeros", "gone", "text"])
+def test_a_damaged_cache_is_made_anew(warm_cache, ending, how):
+    files = sorted(warm_cache.rglob(f"*.{ending}"))
+    assert files
+    for file in files:
+        damage(file, how)
+    assert toy(warm_cache)[1:] == ["14.0", "0"]
+    # And the new cache is sound.
+    assert toy(warm_cache) == ["True", "14.0", "1"]
+
+
+def test_the_command_survives_a_damaged_cache(tmp_path):
+    code = REAL.replace("ROOT", repr(str(tmp_path / "kernels")))
+    run(code)
+    files = sorted((tmp_path / "kernels").rglob("*.nb[ic]"))
+    assert len(files) > 8
+    for file in files:
+        damage(file, "half")
+    assert run(code).stderr == ""
+
+
+def test_without_a_place_for_the_cache_kernels_still_run(tmp_path):
+    """Root may write anywhere, so a file stands where the folder should be."""
+    (tmp_path / "toy.py").write_text(TOY)
+    obstacle = tmp_path / "file"
+    obstacle.write_text("keep me")
+    assert toy(obstacle) == ["False", "14.0", "0"]
+    assert run(REAL.replace("ROOT", repr(str(obstacle / "below")))).stderr == ""
+    assert obstacle.read_text() == "keep me"
+
+
+def test_the_cache_forgets_old_versions_only(warm_cache):
+    old, recent, foreign = (
+        warm_cache / ("a" * 16),
+        warm_cache / ("b" * 16),
+        warm_cache / "notes.txt",
+    )
+    for folder in (old, recent):
+        folder.mkdir()
+    foreign.write_text("mine")
+    os.utime(old, (1e9, 1e9))
+    toy(warm_cache)
+    assert not old.exists()
+    assert recent.exists()
+    assert foreign.read_text() == "mine"
