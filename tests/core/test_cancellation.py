@@ -15,7 +15,7 @@ from accelscope.sample_scenes import make_sample
 
 
 class CancelAfter(Progress):
-    """Cancels at the first report after some seconds, and notes when and how long it had to wait."""
+    """Cancels at the first report after some seconds, and notes what was reported."""
 
     def __init__(self, seconds):
         self.deadline = time.perf_counter() + seconds

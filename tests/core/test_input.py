@@ -150,8 +150,10 @@ def test_a_degenerate_triangle_is_never_hit(lab, structure_name):
 
 
 @pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("text", ["", "padding=0", "resolution=5x5x5", "rule=regular",
-                                  "rule=heterogeneous", "mailbox=true,assignment=exact"])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    ["", "padding=0", "resolution=5x5x5", "rule=regular", "rule=heterogeneous", "assignment=exact"],
+)
 def test_flat_scenes(lab, build, axis, text):
     triangles = np.roll(lab.small_scene("flat").triangles, axis, axis=2)
     scene = Scene.from_triangles(triangles, "flat")

@@ -1,0 +1,43 @@
+"""Havran's 1999 tables for the SPD scene tetra (REFERENCE B3), through the command line."""
+
+import pytest
+
+HAVRAN = "camera:width=513,height=513,pixel=corner,shadows=true"
+
+PUBLISHED = {
+    16: {"N_V": 4096, "N_EV": 3104, "N_OIV": 12556, "N_TS": 7.43, "N_ETS": 7.43, "N_EETS": 5.83,
+         "N_IT": 20.64},
+    35: {"N_V": 42875, "N_EV": 37311, "N_OIV": 35936, "N_TS": 15.97, "N_ETS": 15.97,
+         "N_EETS": 14.36, "N_IT": 10.01},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("n", PUBLISHED)
+def test_grid_over_tetra(evaluate, n):
+    (record,) = evaluate(
+        "sample:tetra",
+        "--structure",
+        f"grid:resolution={n}x{n}x{n},padding=0.001",
+        "--rays",
+        HAVRAN,
+    )
+    assert record["scene"]["triangles"] == 4096
+    published = PUBLISHED[n]
+    for name in ("N_V", "N_EV", "N_OIV"):
+        assert record["statistics"][name] == published[name]
+    assert record["statistics"]["N_IN"] == 0
+    for name, share in (("N_TS", 0.015), ("N_ETS", 0.015), ("N_EETS", 0.015), ("N_IT", 0.05)):
+        assert record["trace"][name] == pytest.approx(published[name], rel=share)
+    assert record["trace"]["mailbox_hits"] == 0
+    primary, shadow = record["trace"]["hits_by_class"].values()
+    assert abs(primary - 49950) <= 2
+    assert next(iter(record["rays"]["classes"].values())) == 513 * 513
+    assert list(record["rays"]["classes"].values())[1] == pytest.approx(46262, abs=5)
+    assert shadow == pytest.approx(5538, rel=0.01)
+
+
+@pytest.mark.parametrize("text", ["bvh", "grid:resolution=35x35x35", "grid:mailbox=true"])
+def test_all_structures_see_the_same_picture(evaluate, text):
+    (record,) = evaluate("sample:tetra", "--structure", text, "--rays", HAVRAN)
+    (other,) = evaluate("sample:tetra", "--structure", "bvh:max_leaf_size=1", "--rays", HAVRAN)
+    assert record["trace"]["hits_by_class"] == other["trace"]["hits_by_class"]
