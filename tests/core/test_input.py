@@ -257,9 +257,10 @@ def announced(monkeypatch, work):
         asked.append(needed)
 
     from accelscope.core.evaluation import workloads
-    from accelscope.core.structures import bvh, contract, grid
+    from accelscope.core.structures import contract, grid
+    from accelscope.core.structures.bvh import hierarchy
 
-    for module in (workloads, bvh, contract, grid):
+    for module in (workloads, hierarchy, contract, grid):
         monkeypatch.setattr(module, "refuse_if_too_large", note)
     work()
     monkeypatch.undo()
