@@ -298,6 +298,7 @@ RAYS = {
         directions=npy(D3),
     ),
     "flipped bits": flipped(zipped(origins=npy(NOISE), directions=npy(NOISE)), 2000),
+    "broken stream": flipped(zipped(origins=npy(NOISE), directions=npy(NOISE)), 50),
     "flipped plain bits": flipped(npz(origins=NOISE, directions=NOISE), 2000),
     "encrypted": zipped(origins=npy(O3), directions=npy(D3)).replace(
         b"PK\x03\x04\x14\x00\x00", b"PK\x03\x04\x14\x00\x01"

@@ -103,7 +103,7 @@ def test_a_tiny_scene_far_from_the_origin(lab, name):
 
 @pytest.mark.parametrize("name", structures())
 def test_ten_thousand_identical_triangles(name):
-    scene = Scene.from_triangles(np.tile([*TRIANGLE, 0, 0, 3], (10_000, 1, 1)), "copies")
+    scene = Scene.from_triangles(np.tile(TRIANGLE + np.array([0, 0, 3]), (10_000, 1, 1)), "copies")
     structure = built(name, scene)
     assert structure.validate() == []
     rays = Rays.from_arrays([[0.2, 0.2, 0.0], [2, 2, 0]], [[0, 0, 2.0], [0, 0, 1]])

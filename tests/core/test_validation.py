@@ -96,7 +96,7 @@ def test_a_triangle_missing_from_one_of_its_cells_is_found(lab, build):
         ("boxes", lambda a: changed(a, (0, 0), a[0, 0] + 1e-3)),
         ("boxes", lambda a: changed(a, (-1, 4), a[-1, 4] - 1e-3)),
         ("boxes", lambda a: changed(a, (5, 2), a[5, 2] - 1.0)),
-        ("count", lambda a: changed(a, np.flatnonzero(a > 1)[0], 1)),
+        ("size", lambda a: changed(a, np.flatnonzero(a > 1)[0], 1)),
         ("first", lambda a: changed(a, 0, 3)),
         ("first", lambda a: changed(a, -1, 0)),
     ],
