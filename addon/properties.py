@@ -28,7 +28,7 @@ from bpy.props import (
 )
 
 from ..core.settings import check
-from . import extraction
+from . import extraction, overlay
 
 T = TypeVar("T")
 
@@ -188,8 +188,6 @@ def workload_and_settings(root: Any) -> tuple[type, Any]:
 
 
 def _redraw(group: Any, context: bpy.types.Context) -> None:
-    from . import overlay
-
     overlay.tag_redraw()
 
 
@@ -292,8 +290,6 @@ def load_soon() -> None:
 
 def _load_and_redraw() -> None:
     load()
-    from . import overlay
-
     overlay.tag_redraw()
 
 

@@ -10,14 +10,13 @@ from __future__ import annotations
 import copy
 import dataclasses
 from dataclasses import dataclass, field
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
-from . import extraction, jobs, properties
+from . import extraction, jobs, overlay, properties
 from .snapshot import Snapshot
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
@@ -83,7 +82,6 @@ class Session:
         self.traced = None
         self.watch_built()
         self._clear_steps()
-        overlay = _overlay()
         overlay.set_cells(cells)
         overlay.enable()
 
@@ -100,7 +98,7 @@ class Session:
         assert self.cells is not None
         assert self.traced is not None
         self.step_index, self.steps = index, steps
-        _overlay().set_paths(
+        overlay.set_paths(
             *segments_of(
                 self.traced.rays, index, self.traced.hits.t[index], steps, self.cells,
                 self.built.structure.scene,
@@ -109,12 +107,12 @@ class Session:
 
     def _clear_steps(self) -> None:
         self.step_index, self.steps = -1, None
-        _overlay().set_paths(None)
+        overlay.set_paths(None)
 
     def clear(self) -> None:
         """Drop all results and stop drawing."""
         if self.built is not None:
-            _overlay().disable()
+            overlay.disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
         self.watched, self.undone = [], False
         self.step_index, self.steps = -1, None
@@ -166,13 +164,6 @@ class Session:
             lights=extraction.lights_of(context),
         )
         return dataclasses.replace(self.built, structure=structure)
-
-
-def _overlay() -> ModuleType:
-    """Return the overlay; it knows the structures, so that its import brings Numba in."""
-    from . import overlay
-
-    return overlay
 
 
 current = Session()

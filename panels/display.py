@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import properties, session
+from ..addon import overlay, properties, session
 from .base import SidebarPanel
 
 
@@ -34,8 +34,6 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
         column.prop(display, "opacity")
         column.prop(display, "line_width")
         if session.current.cells is not None:
-            from ..addon import overlay  # here, because it brings Numba in
-
             layout.label(text=overlay.shown_text(display))
 
 
