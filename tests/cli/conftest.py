@@ -5,6 +5,15 @@ import json
 import numpy as np
 import pytest
 from accelscope.addon.command import main
+from accelscope.core.evaluation.experiment import warm_up
+from accelscope.core.structures import structures
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled():
+    """Compile all kernels first: the command announces that once, on stderr."""
+    for structure in structures().values():
+        warm_up(structure)
 
 
 class Outcome:
