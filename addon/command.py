@@ -6,11 +6,13 @@ This module imports no ``bpy``; a ``.blend`` brings it in when one is opened.
 from __future__ import annotations
 
 import argparse
+import io
 import json
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -18,7 +20,7 @@ from ..core.errors import InputError
 from ..core.evaluation.workloads import WORKLOADS, Workload, workload_named
 from ..core.files import load_mesh_file
 from ..core.kernels import HAS_NUMBA
-from ..core.progress import SILENT, Progress, TerminalProgress
+from ..core.progress import SILENT, TerminalProgress
 from ..core.scene import Scene
 from ..core.settings import describe, parse, parse_spec
 from ..core.structures import structure_named, structures
@@ -34,9 +36,17 @@ examples:
 """
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser whose complaints are one line, like all others."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise InputError instead of printing the usage."""
+        raise InputError(f"{message}; see: {self.prog} -h")
+
+
 def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="accelscope",
         description="Build, trace and measure ray-tracing acceleration structures.",
         epilog=EXAMPLES,
@@ -88,16 +98,17 @@ def main(argv: Sequence[str] | None = None, open_file: Callable[[], Scene] | Non
     int
         Exit code: 0, or 2 after one line on standard error.
     """
-    parser = make_parser()
+    # A name that the terminal cannot show is no reason to fail.
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        arguments, rest = parser.parse_known_args(argv)
-        if rest:
-            raise InputError(f"unknown argument {rest[0]}; see: accelscope {arguments.command} -h")
+        arguments = make_parser().parse_args(argv)
         if arguments.command == "list":
             print(list_json() if arguments.json else list_text())
         else:
             evaluate(arguments, open_file)
-    except SystemExit as stop:  # argparse has printed help (0) or its own one line (2)
+        sys.stdout.flush()
+    except SystemExit as stop:  # argparse has printed the help
         return int(stop.code or 0)
     except (InputError, MemoryError) as error:
         message = str(error) or "out of memory; use a smaller scene or resolution"
@@ -106,8 +117,14 @@ def main(argv: Sequence[str] | None = None, open_file: Callable[[], Scene] | Non
     except KeyboardInterrupt:
         print("accelscope: error: stopped", file=sys.stderr)
         return 2
-    except BrokenPipeError:
-        sys.stderr.close()  # the reader of a pipe has gone; nobody is left to tell
+    except OSError as error:
+        # Standard output cannot be written: a full disk, or a pipe whose reader has gone. Python
+        # would try again at its end; there is nowhere to try.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            return 0
+        print(f"accelscope: error: cannot print: {error.strerror}", file=sys.stderr)
+        return 2
     return 0
 
 
@@ -184,7 +201,9 @@ def structure_specs(texts: Sequence[str]) -> list[tuple[type[Structure], Any]]:
     chosen: list[tuple[type[Structure], Any]] = []
     for text in texts:
         name, values = parse_spec(text)
-        if name == "all" and not values:
+        if name == "all":
+            if values:
+                raise InputError("'all' takes no settings; name the structure they are for")
             chosen += [(entry, entry.Settings()) for entry in structures().values()]
             continue
         entry = structure_named(name)
@@ -223,11 +242,17 @@ def evaluate(arguments: argparse.Namespace, open_file: Callable[[], Scene] | Non
         raise InputError(
             f"--hits takes one scene, structure and set of rays, not {runs} combinations"
         )
-    for path in (arguments.json, arguments.csv, arguments.hits):
-        if path and path != "-":
-            refuse_unwritable(Path(path))
+    outputs = [
+        Path(path)
+        for path in (arguments.json, arguments.csv, arguments.hits)
+        if path not in (None, "-")
+    ]
     if arguments.pictures:
-        refuse_unwritable(Path(arguments.pictures) / "index.html")
+        outputs.append(Path(arguments.pictures) / "index.html")
+    rays_files = [settings.path for _, settings in chosen_workloads if hasattr(settings, "path")]
+    refuse_to_overwrite([*arguments.scenes, *rays_files], outputs)
+    for path in outputs:
+        refuse_unwritable(path)
 
     from ..core.evaluation.experiment import build, make_record, trace_rays
     from ..core.evaluation.report import table, to_json_text, write_csv, write_text
@@ -250,7 +275,6 @@ def evaluate(arguments: argparse.Namespace, open_file: Callable[[], Scene] | Non
             )  # fmt: skip
         rays_of = [workload.make(scene, settings) for workload, settings in chosen_workloads]
         for structure_type, settings in chosen_structures:
-            announce_compilation(structure_type, progress)
             built = build(scene, structure_type, settings, progress)
             for (workload, workload_settings), rays in zip(chosen_workloads, rays_of, strict=True):
                 traced = trace_rays(
@@ -273,15 +297,16 @@ def evaluate(arguments: argparse.Namespace, open_file: Callable[[], Scene] | Non
         print(table(records))
 
 
-def announce_compilation(structure_type: type[Structure], progress: Progress) -> None:
-    """Say that kernels are about to be compiled, where somebody reads along."""
-    from ..core.kernels import is_warm
-
-    if isinstance(progress, TerminalProgress) and not is_warm(structure_type.name):
-        print(
-            f"accelscope: compiling {structure_type.name}, once after installation",
-            file=sys.stderr,
-        )
+def refuse_to_overwrite(inputs: Sequence[str], outputs: Sequence[Path]) -> None:
+    """Raise InputError if an output is one of the inputs, or two outputs are one file."""
+    taken = {Path(path).expanduser().resolve(): path for path in inputs}
+    for path in outputs:
+        real = path.expanduser().resolve()
+        if real in taken:
+            raise InputError(
+                f"{path} would overwrite {taken[real]}; choose another name for the output"
+            )
+        taken[real] = str(path)
 
 
 def refuse_unwritable(path: Path) -> None:
@@ -305,11 +330,14 @@ def write_hits(path: Path, scene: Scene, traced: Any) -> None:
 
     primitive = traced.hits.primitive
     in_file = np.where(primitive >= 0, scene.primitive_ids[primitive], -1).astype(np.int32)
-    with path.open("wb") as file:
-        np.savez_compressed(
-            file, t=traced.hits.t, primitive=in_file, ray_class=traced.rays.classes,
-            **{name: traced.counters[name] for name in COUNTER_NAMES},
-        )  # fmt: skip
+    try:
+        with path.open("wb") as file:
+            np.savez_compressed(
+                file, t=traced.hits.t, primitive=in_file, ray_class=traced.rays.classes,
+                **{name: traced.counters[name] for name in COUNTER_NAMES},
+            )  # fmt: skip
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
 
 
 if __name__ == "__main__":

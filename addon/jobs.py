@@ -56,6 +56,10 @@ class Job(Progress):
         except BaseException as error:  # whatever it is, the main thread has to tell
             self.error = error
 
+    def announce(self, text: str) -> None:
+        """Show that work has begun which cannot say how far it is."""
+        self.text = text.capitalize()
+
     def report(self, done: float, total: float, text: str) -> None:
         """Note how far the work is; stop it here if it is cancelled."""
         self.text = text

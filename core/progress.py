@@ -25,6 +25,9 @@ class Progress:
             When the work is to stop.
         """
 
+    def announce(self, text: str) -> None:
+        """Take note of a wait that nobody can say the length of, such as a compilation."""
+
 
 class TerminalProgress(Progress):
     """A progress bar on the terminal, shown once the work has taken two seconds.
@@ -39,6 +42,10 @@ class TerminalProgress(Progress):
         self._started = time.perf_counter()
         self._drawn = 0.0
         self._visible = sys.stderr.isatty()
+
+    def announce(self, text: str) -> None:
+        """Print the text on a line of its own."""
+        print(f"accelscope: {text}", file=sys.stderr)
 
     def report(self, done: float, total: float, text: str) -> None:
         """Draw the bar, at most ten times a second; wipe it when the work is finished."""

@@ -91,7 +91,7 @@ class Scene:
         InputError
             When no triangle is left that a ray could hit.
         """
-        triangles = np.require(triangles, np.float64, ["C", "W"]).reshape(-1, 3, 3)
+        triangles = np.array(triangles, dtype=np.float64, order="C").reshape(-1, 3, 3)
         if len(triangles) == 0:
             raise InputError(f"{name} has no triangles; choose a mesh with faces")
         if len(triangles) >= 2**31:
@@ -133,6 +133,8 @@ def _refuse_if_all_degenerate(
     """Raise InputError if every triangle has zero area: there is nothing to hit or to divide."""
     # Scaled to the unit box first: at 1e-200 the cross product would underflow to zero.
     scale = float((upper - lower).max())
+    if 0.0 < scale < 1e-100:
+        raise InputError(f"{name} is {scale:.1g} units large, too small to compute with; scale it")
     if scale > 0.0:
         unit = (triangles - lower) / scale
         if np.cross(unit[:, 1] - unit[:, 0], unit[:, 2] - unit[:, 0]).any():

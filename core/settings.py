@@ -116,6 +116,10 @@ def check(settings: T, where: str) -> T:
     """
     for field in dataclasses.fields(settings):  # type: ignore[arg-type]
         value = getattr(settings, field.name)
+        if not _is_of_kind(value, field.default):
+            raise InputError(
+                f"{where}: {key_of(field)} takes {kind_in_words(field)}, not {value!r}"
+            )
         if value == field.default:
             continue
         meta = field.metadata
@@ -138,6 +142,19 @@ def check(settings: T, where: str) -> T:
                 )
                 raise InputError(f"{where}: {key_of(field)} must be {limits}, not {component}")
     return settings
+
+
+def _is_of_kind(value: Any, default: Any) -> bool:
+    """Say whether a value can stand where `default` stands; a whole number can for any number."""
+    if isinstance(default, tuple):
+        return (
+            isinstance(value, tuple)
+            and len(value) == len(default)
+            and all(map(_is_of_kind, value, default))
+        )
+    if isinstance(value, bool) or isinstance(default, bool):
+        return isinstance(value, bool) and isinstance(default, bool)
+    return isinstance(value, (int, float) if isinstance(default, float) else type(default))
 
 
 def _parse_value(field: dataclasses.Field, text: str, where: str) -> Any:

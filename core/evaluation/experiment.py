@@ -55,6 +55,7 @@ def build(
     Cancelled
         From `progress`.
     """
+    structure_type.refuse_too_large(scene, settings)
     warm_up(structure_type, progress)
     start = time.perf_counter()
     structure = structure_type.build(scene, settings, progress)
@@ -65,7 +66,7 @@ def warm_up(structure_type: type[Structure], progress: Progress = SILENT) -> Non
     """Compile the kernels of a structure, or load them from the cache; announce a compilation."""
     name = structure_type.name
     if not is_warm(name):
-        progress.report(0, 1, f"Compiling {name} (once after installation)")
+        progress.announce(f"compiling {name}, once after installation")
     triangle = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
     tiny = Scene.from_triangles(np.concatenate([triangle, triangle + 1.0]), "warm-up")
     structure = structure_type.build(tiny, structure_type.Settings())

@@ -32,7 +32,8 @@ def write_text(path: str | Path, text: str) -> None:
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        # File names of the system may hold bytes that are no text: they are written as they are.
+        path.write_text(text, encoding="utf-8", errors="surrogateescape")
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
 
@@ -53,6 +54,9 @@ def write_csv(path: str | Path, records: Sequence[Record]) -> None:
     write_text(path, buffer.getvalue())
 
 
+NO_BRACKETS = str.maketrans("[],", "   ")
+
+
 def flatten(record: Record, prefix: str = "") -> dict[str, Any]:
     """Return nested mappings as one: ``{"trace": {"N_IT": 2}}`` is ``{"trace.N_IT": 2}``."""
     flat: dict[str, Any] = {}
@@ -60,7 +64,7 @@ def flatten(record: Record, prefix: str = "") -> dict[str, Any]:
         if isinstance(value, dict):
             flat |= flatten(value, f"{prefix}{name}.")
         elif isinstance(value, list):
-            flat[prefix + name] = json.dumps(value).strip("[]").replace(", ", " ")
+            flat[prefix + name] = " ".join(json.dumps(value).translate(NO_BRACKETS).split())
         else:
             flat[prefix + name] = value
     return flat

@@ -5,7 +5,6 @@ A workload is a class with ``Settings`` and ``make(scene, settings) -> Rays``; W
 
 from __future__ import annotations
 
-import zipfile
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from ..memory import refuse_if_too_large
 from ..scene import Camera, Scene
 from ..settings import setting
 
-BYTES_PER_RAY = 200  # ray, hit, counters, and the temporaries of making them
+BYTES_PER_RAY = 520  # ray, hit, counters, and the temporaries of making them
 
 
 class Workload(ABC):
@@ -61,12 +60,26 @@ class CameraSettings:
         "From",
         "Where the camera stands; equal to At, the scene's own camera is used, or one that "
         "frames the scene",
+        minimum=-1e100,
+        maximum=1e100,
         unset="auto",
     )
     at: tuple[float, float, float] = setting(
-        (0.0, 0.0, 0.0), "At", "What the camera looks at", unset="auto"
+        (0.0, 0.0, 0.0),
+        "At",
+        "What the camera looks at",
+        minimum=-1e100,
+        maximum=1e100,
+        unset="auto",
     )
-    up: tuple[float, float, float] = setting((0.0, 0.0, 1.0), "Up", "Which way is up")
+    up: tuple[float, float, float] = setting(
+        (0.0, 0.0, 0.0),
+        "Up",
+        "Which way is up; 0 takes the scene's own camera's, or z",
+        minimum=-1e100,
+        maximum=1e100,
+        unset="auto",
+    )
     fov: float = setting(
         0.0,
         "Field of View",
@@ -117,13 +130,17 @@ class CameraWorkload(Workload):
 
 def camera_of(scene: Scene, settings: CameraSettings) -> Camera:
     """Return the camera that the settings describe, or the scene's own, or one that frames it."""
+    unset = (0.0, 0.0, 0.0)
     if settings.from_ != settings.at:
-        return Camera(
-            np.array(settings.from_), np.array(settings.at), np.array(settings.up),
-            settings.fov or 45.0,
-        )  # fmt: skip
-    own = scene.camera or framing_camera(scene, settings.width / settings.height)
-    return Camera(own.position, own.target, own.up, settings.fov or own.fov)
+        camera = Camera(
+            np.array(settings.from_), np.array(settings.at), np.array([0.0, 0.0, 1.0]), 45.0
+        )
+    elif settings.from_ != unset:
+        raise InputError("rays camera: 'from' and 'at' are the same point; move one of them")
+    else:
+        camera = scene.camera or framing_camera(scene, settings.width / settings.height)
+    up = camera.up if settings.up == unset else np.array(settings.up)
+    return Camera(camera.position, camera.target, up, settings.fov or camera.fov)
 
 
 def framing_camera(scene: Scene, aspect: float, fov: float = 45.0) -> Camera:
@@ -316,18 +333,21 @@ class FileWorkload(Workload):
         if not settings.path:
             raise InputError("rays from a file need its path: file:path=rays.npz")
         path = Path(settings.path).expanduser()
+        if not path.is_file():
+            raise InputError(f"there is no file {path}")
         try:
             with np.load(path) as arrays:
-                missing = {"origins", "directions"} - set(arrays.files)
-                if missing:
-                    raise InputError(f"{path} has no array named {', '.join(sorted(missing))}")
                 found = {name: arrays[name] for name in arrays.files}
-        except FileNotFoundError:
-            raise InputError(f"there is no file {path}") from None
-        except (OSError, ValueError, AttributeError, EOFError, zipfile.BadZipFile) as error:
-            if isinstance(error, InputError):
-                raise
-            raise InputError(f"{path} cannot be read as .npz: {error}") from None
+        except MemoryError as error:
+            raise InputError(f"{path} does not fit into memory: {error}") from None
+        except Exception as error:
+            # NumPy, zipfile, zlib and tokenize raise a dozen different things on a broken file.
+            raise InputError(
+                f"{path} cannot be read as .npz: {type(error).__name__}: {error}"
+            ) from error
+        missing = {"origins", "directions"} - set(found)
+        if missing:
+            raise InputError(f"{path} has no array named {', '.join(sorted(missing))}")
         try:
             return Rays.from_arrays(
                 found["origins"], found["directions"], found.get("t_max", np.inf),

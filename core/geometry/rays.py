@@ -75,6 +75,8 @@ class Rays:
         InputError
             If shapes differ, a number is not finite, a direction is zero or t_max is negative.
         """
+        if np.iscomplexobj(origins) or np.iscomplexobj(directions) or np.iscomplexobj(t_max):
+            raise InputError("rays are real numbers, not complex ones")
         # Kernels are compiled for writable C arrays; a read-only one would compile them anew.
         origins = np.require(origins, np.float64, ["C", "W"])
         directions = np.ascontiguousarray(directions, dtype=np.float64) + 0.0  # no -0.0

@@ -47,7 +47,11 @@ def traversal_cost() -> Any:
 def intersection_cost() -> Any:
     """Declare C_isect, the lecture's t_tri."""
     return setting(
-        1.0, "C_isect", "Cost of one ray-triangle test, in the unit of C_trav", minimum=0.0
+        1.0,
+        "C_isect",
+        "Cost of one ray-triangle test, in the unit of C_trav",
+        minimum=0.0,
+        maximum=1e9,
     )
 
 
@@ -317,6 +321,8 @@ class Structure(abc.ABC):
     label: ClassVar[str]
     summary: ClassVar[str]
     Settings: ClassVar[type]
+    BYTES_PER_TRIANGLE: ClassVar[int] = 80
+    """Memory at the peak of a build; by default a copy of the triangles."""
     has_mailbox: bool = False
 
     def __init__(self, scene: Scene, settings: Any, arrays: Any, triangles: Triangles) -> None:
@@ -324,6 +330,21 @@ class Structure(abc.ABC):
         self.settings = settings
         self.arrays = arrays
         self.triangles = triangles
+
+    @classmethod
+    def refuse_too_large(cls, scene: Scene, settings: Any) -> None:
+        """Refuse what would not fit into memory, before anything is compiled or allocated.
+
+        Raises
+        ------
+        InputError
+            Naming what to lower.
+        """
+        refuse_if_too_large(
+            len(scene) * cls.BYTES_PER_TRIANGLE,
+            f"{cls.name} over {len(scene)} triangles",
+            "use a smaller scene",
+        )
 
     @classmethod
     @abc.abstractmethod

@@ -75,6 +75,7 @@ class Naive(Structure):
     @classmethod
     def build(cls, scene: Scene, settings: NaiveSettings, progress: Progress = SILENT) -> Naive:
         """Wrap the scene; there is nothing to build."""
+        cls.refuse_too_large(scene, settings)
         box = np.concatenate([scene.lower, scene.upper])[None]
         return cls(scene, settings, NaiveArrays(box), triangles_of(scene))
 

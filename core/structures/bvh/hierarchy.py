@@ -19,7 +19,6 @@ from ...geometry.box import MISS, boxes_of, enter_box, surface_area
 from ...geometry.rays import ALL, ANY
 from ...geometry.triangle import intersect, triangles_of
 from ...kernels import implements
-from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
@@ -145,13 +144,13 @@ class BVH(Structure):
     Settings = BVHSettings
 
     arrays: BVHArrays
+    # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
+    BYTES_PER_TRIANGLE = 330
 
     @classmethod
     def build(cls, scene: Scene, settings: BVHSettings, progress: Progress = SILENT) -> BVH:
         """Build the tree, then put the triangles into the order of its leaves."""
-        refuse_if_too_large(
-            len(scene) * 330, f"a BVH over {len(scene)} triangles", "use a smaller scene"
-        )
+        cls.refuse_too_large(scene, settings)
         rule = SplitRule(settings.max_leaf_size, settings.bins, settings.C_trav, settings.C_isect)
         tree, order = build_tree(boxes_of(scene.triangles), rule, progress)
         return cls(scene, settings, tree, triangles_of(scene, order))
