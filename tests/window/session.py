@@ -17,7 +17,7 @@ does not put a script's directory on ``sys.path``, so such a script begins like 
     @session.step
     def add_monkey():
         bpy.ops.mesh.primitive_monkey_add()
-        yield                                              # let Blender redraw once
+        yield                                              # let Blender handle events
         yield 0.5                                          # wait half a second
         yield lambda: bpy.context.object.name == "Suzanne"  # wait until true, or fail
         session.screenshot("monkey")
@@ -51,18 +51,23 @@ from pathlib import Path
 from typing import TextIO
 
 import bpy
+import numpy as np
 
 Condition = Callable[[], object]
 Wait = float | Condition | None
 Steps = Generator[Wait, None, None]
+Place = tuple[float, float]
 
 TICK = 0.1
-"""Seconds between two looks at what the current step waits for; Blender redraws in between."""
+"""Seconds between two looks at what the step waits for; Blender handles events in between."""
 
 FIRST_TICK = 2.0
 """Seconds until the first step: the window must have been drawn once before regions have sizes."""
 
-MOUSE_BUTTONS = {"LEFT": "1", "MIDDLE": "2", "RIGHT": "3"}
+MOUSE_BUTTONS = {"LEFT": "1", "MIDDLE": "2", "RIGHT": "3", "WHEEL_UP": "4", "WHEEL_DOWN": "5"}
+
+SCAN = 9
+"""Pixels between two places where a button is looked for; buttons are 20 high."""
 
 
 class _Recorder:
@@ -88,6 +93,11 @@ class _Recorder:
         self.stream.flush()
 
 
+def fits(button: str, name: str) -> bool:
+    """Say whether what a button stands for is meant by a name, see :meth:`Session.find`."""
+    return name in button if name.endswith("(") else button.endswith(name)
+
+
 class Session:
     """A queue of steps in a Blender window.
 
@@ -100,6 +110,7 @@ class Session:
     def __init__(self, timeout: float = 20.0) -> None:
         self.output = Path(os.environ["ACCELSCOPE_OUTPUT"])
         self.timeout = timeout
+        self._places: dict[str, Place] = {}
         self._steps: list[tuple[str, Callable[[], Steps | None]]] = []
         self._running = self._run_steps()
         self._current = "before the first step"
@@ -117,7 +128,7 @@ class Session:
         Parameters
         ----------
         function
-            A function, or a generator function that yields what to wait for: None for one redraw,
+            A function, or a generator function that yields what to wait for: None for one tick,
             a number of seconds, or a function that returns true when the wait is over.
 
         Returns
@@ -144,7 +155,9 @@ class Session:
             waits = function()
             if waits is not None:
                 yield from waits
-            # One redraw after each step, so that what it broke in a panel shows in this step.
+            # One redraw after each step, so that what it broke in a panel shows in this step. Not
+            # more, as software GL takes a second for some scenes.
+            self._redraw()
             yield None
         self._current = "quit Blender"
         self._all_done = True
@@ -171,7 +184,6 @@ class Session:
         elif self._wait_is_over():
             self._wait = next(self._running)
             self._waiting_since = time.monotonic()
-        self._redraw()
 
     def _error(self) -> Exception | None:
         if "Traceback (most recent call last)" in self._errors.text:
@@ -286,6 +298,27 @@ class Session:
         subprocess.run(["import", "-window", "root", str(picture)], check=True, timeout=30)
         return picture
 
+    def pixels(self, picture: Path, region: bpy.types.Region) -> np.ndarray:
+        """Return the part of a screenshot that shows a region.
+
+        Parameters
+        ----------
+        picture
+            What `screenshot` returned.
+        region
+            The region.
+
+        Returns
+        -------
+        (height, width, 3) uint8
+            Red, green, blue; the first row is the upper one.
+        """
+        top = self.window.height - region.y - region.height
+        crop = f"{region.width}x{region.height}+{region.x}+{top}"
+        command = ["convert", str(picture), "-crop", crop, "-depth", "8", "rgb:-"]
+        raw = subprocess.run(command, check=True, timeout=30, stdout=subprocess.PIPE).stdout
+        return np.frombuffer(raw, np.uint8).reshape(region.height, region.width, 3)
+
     def open_sidebar(self, tab: str) -> Steps:
         """Open the sidebar of the 3D viewport at a tab: ``yield from session.open_sidebar(...)``.
 
@@ -326,6 +359,124 @@ class Session:
         yield from self.drag((x, y), (x - (width - sidebar.width), y))
         yield lambda: abs(self.region("UI").width - width) < 5
 
+    # Finding a button: Blender tells nobody where its buttons are, but it does tell what the one
+    # under the pointer stands for.
+
+    def button_under_pointer(self) -> str:
+        """Return what the button of the sidebar under the mouse pointer stands for.
+
+        Returns
+        -------
+        str
+            ``bpy.ops.x.y(...)`` for an operator, the full data path for a property, or "".
+        """
+        override = {**self.context(), "region": self.region("UI")}
+        with bpy.context.temp_override(**override):
+            if bpy.ops.ui.copy_python_command_button.poll():
+                bpy.ops.ui.copy_python_command_button()
+            elif bpy.ops.ui.copy_data_path_button.poll():
+                bpy.ops.ui.copy_data_path_button(full_path=True)
+            else:
+                return ""
+        return bpy.context.window_manager.clipboard
+
+    def find(self, name: str, across: float = 0.6) -> Generator[Wait, None, Place]:
+        """Move the mouse onto a button of the sidebar: ``yield from session.find("x.build")``.
+
+        The pointer goes down the open tab, scrolling where it has to, until the button is under
+        it. On the way it learns where all the others are.
+
+        Parameters
+        ----------
+        name
+            Part of what the button stands for: the name of an operator, followed by "(", or the
+            end of a data path.
+        across
+            Where the pointer goes down, as a share of the sidebar's width: not over labels, and
+            far left for a check box in the header of a panel.
+
+        Yields
+        ------
+        Wait
+            For Blender to notice the pointer.
+
+        Returns
+        -------
+        (x, y)
+            Where the pointer is now. RuntimeError if there is no such button.
+        """
+        known = next((place for each, place in self._places.items() if fits(each, name)), None)
+        if known is not None:
+            # The panels above it may have grown or shrunk by a few lines.
+            for offset in (0, *(sign * n * SCAN for n in range(1, 7) for sign in (-1, 1))):
+                if (yield from self._settles_on(name, (known[0], known[1] + offset))):
+                    return self._places[name]
+        for scrolling in ("", "WHEEL_UP", *["WHEEL_DOWN"] * 5):
+            sidebar = self.region("UI")
+            x, y = sidebar.x + across * sidebar.width, sidebar.y + sidebar.height - SCAN
+            if scrolling:
+                self.click(x, sidebar.y + 0.5 * sidebar.height, scrolling, count=12)
+                yield 5 * TICK
+            for row in range(int(sidebar.height / SCAN) - 1):
+                if (yield from self._settles_on(name, (x, y - row * SCAN))):
+                    return self._places[name]
+        raise RuntimeError(f"the sidebar has no button for {name}")
+
+    def _settles_on(self, name: str, place: Place) -> Generator[Wait, None, bool]:
+        """Move the pointer to a place; when the button is there, further inside it."""
+        self.move(*place)
+        yield
+        found = self.button_under_pointer()
+        if found:
+            self._places[found] = place
+        if not fits(found, name):
+            return False
+        place = (place[0], place[1] - SCAN / 2)
+        self.move(*place)
+        yield 2 * TICK
+        self._places[name] = place
+        return fits(self.button_under_pointer(), name)
+
+    def press(self, name: str, across: float = 0.6) -> Steps:
+        """Find a button of the sidebar and click on it: ``yield from session.press("x.build(")``.
+
+        Parameters
+        ----------
+        name, across
+            See `find`.
+
+        Yields
+        ------
+        Wait
+            Until Blender has taken the click.
+        """
+        x, y = yield from self.find(name, across)
+        self.click(x, y)
+        yield 3 * TICK
+
+    def enter(self, name: str, text: str) -> Steps:
+        """Type a value into a field of the sidebar: ``yield from session.enter("opacity", "1")``.
+
+        Parameters
+        ----------
+        name
+            See `find`.
+        text
+            What to type.
+
+        Yields
+        ------
+        Wait
+            Until Blender has taken the value.
+        """
+        x, y = yield from self.find(name)
+        self.click(x, y, count=2)
+        yield 3 * TICK
+        self.key("ctrl+a")
+        self.type(text)
+        self.key("Return")
+        yield 3 * TICK
+
     # Acting like a user: real X events, which Blender handles after the next `yield`.
 
     def move(self, x: float, y: float) -> None:
@@ -348,11 +499,11 @@ class Session:
         x, y
             Window coordinates.
         button
-            ``LEFT``, ``MIDDLE`` or ``RIGHT``.
+            ``LEFT``, ``MIDDLE``, ``RIGHT``, ``WHEEL_UP`` or ``WHEEL_DOWN``.
         held
             X names of keys that are held down meanwhile, for example ``ctrl``.
         count
-            2 for a double click.
+            2 for a double click; how far to scroll.
         """
         clicks = ["click", "--repeat", str(count), "--delay", "60", MOUSE_BUTTONS[button]]
         self._xdotool(self._move(x, y), ["keydown", *held], clicks, ["keyup", *held])

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The extension in a real Blender window, and on the command line of that Blender."""
+
+import ast
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = [pytest.mark.window, pytest.mark.slow, pytest.mark.packaging]
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
+# Kept after the test, to be looked at.
+OUTPUT = ROOT / "build" / "window"
+CANNOT = 3
+"""Exit code when this machine may not make or use the root with Blender."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def blender_root() -> None:
+    """Make the root with Blender, or skip with the line that says what is in the way."""
+    if sys.platform != "linux":
+        pytest.skip("the window tests need a Linux machine")
+    done = subprocess.run(
+        [ROOT / ".ci" / "blender_root.sh"], capture_output=True, text=True, check=False
+    )
+    skip_if_impossible(done)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.fixture(scope="session")
+def extension_zip(blender_root: None) -> Path:
+    """Return the full zip for Linux, built now."""
+    pytest.importorskip("bpy", reason="the build needs Blender's own extension tool")
+    folder = OUTPUT / "extension"
+    script = [sys.executable, ROOT / ".ci" / "build_extension.py"]
+    subprocess.run([*script, "--platform", "linux-x64", "--output", folder], check=True)
+    return next(folder.glob("accelscope-*-linux_x64.zip"))
+
+
+def skip_if_impossible(done: subprocess.CompletedProcess[str]) -> None:
+    """Skip the test with the one line on stderr if the machine cannot do it."""
+    if done.returncode == CANNOT:
+        pytest.skip(done.stderr.strip().splitlines()[-1])
+
+
+def in_window(script: str, output: Path, *arguments: object, seconds: int) -> None:
+    """Run a script of this folder in the root, and fail with the end of its log."""
+    shutil.rmtree(output, ignore_errors=True)
+    done = subprocess.run(
+        [ROOT / ".ci" / "blender_window.sh", HERE / script, output, *map(str, arguments)],
+        env={**os.environ, "ACCELSCOPE_WINDOW_TIMEOUT": str(seconds)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    skip_if_impossible(done)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def steps_of(script: Path) -> list[str]:
+    """Return the names of the steps a script has, in their order."""
+    tree = ast.parse(script.read_text(encoding="utf-8"))
+    return [
+        node.name
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef)
+        and any(ast.unparse(each) == "session.step" for each in node.decorator_list)
+    ]
+
+
+def test_tour(extension_zip: Path) -> None:
+    output = OUTPUT / "tour"
+    in_window("tour.py", output, "--", extension_zip, seconds=1200)
+    passed = (output / "passed.txt").read_text(encoding="utf-8").split()
+    assert passed == steps_of(HERE / "tour.py")
+    pictures = sorted(path.name for path in output.glob("[0-9][0-9]-*.png"))
+    assert len(pictures) > 25
+    figures = json.loads((output / "figures.json").read_text(encoding="utf-8"))
+    print(json.dumps(figures, indent=1))
+
+
+# Small enough for the naive algorithm; the camera is the .blend's own.
+COMMAND = ["--structure", "all", "--rays", "camera:width=32,height=24", "random_lines:count=200"]
+
+
+def test_command_line_in_blender_finds_what_the_terminal_finds(extension_zip: Path) -> None:
+    output = OUTPUT / "command"
+    output.mkdir(parents=True, exist_ok=True)
+    # Beside the output, which is emptied first; in the checkout, so that the root sees it.
+    blend = OUTPUT / "command.blend"
+    subprocess.run([sys.executable, HERE / "make_blend.py", blend], check=True)
+    in_window(
+        "evaluate.sh", output, extension_zip, blend, *COMMAND, "--json", output / "inside.json",
+        seconds=300,
+    )  # fmt: skip
+    outside = output / "outside.json"
+    command = [sys.executable, "-m", "accelscope", "evaluate", blend, *COMMAND, "--json", outside]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    assert untimed(output / "inside.json") == untimed(outside)
+
+
+def untimed(path: Path) -> list[dict]:
+    """Return the records of a JSON file without times, and without the folder of the scene."""
+    document = json.loads(path.read_text(encoding="utf-8"))
+    assert document["schema"] == "accelscope/1"
+    for record in document["records"]:
+        record["scene"]["source"] = Path(record["scene"]["source"]).name
+        del record["build"]["seconds"], record["trace"]["seconds"]
+        del record["trace"]["rays_per_second"]
+    assert len(document["records"]) >= 6
+    return document["records"]
