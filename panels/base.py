@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import properties
+from ..addon import jobs, properties
 
 
 class SidebarPanel:
@@ -40,6 +40,23 @@ def draw_group(layout: bpy.types.UILayout, group: Any) -> None:
     column = layout.column()
     for name in type(group).__annotations__:
         column.prop(group, name)
+
+
+def draw_job(layout: bpy.types.UILayout, job: jobs.Job) -> None:
+    """Draw how far a job is, and the button that stops it."""
+    row = layout.row(align=True)
+    row.progress(factor=job.factor, text=job.text)
+    row.operator("accelscope.cancel", text="", icon="X")
+    layout.label(text="Esc to stop")
+
+
+def draw_figure(layout: bpy.types.UILayout, label: str, text: str) -> None:
+    """Draw a figure behind its label, in one column with those above and below."""
+    split = layout.split(factor=0.6)
+    split.label(text=label)
+    column = split.row()
+    column.alignment = "RIGHT"
+    column.label(text=text)
 
 
 def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:

@@ -8,7 +8,7 @@ import bpy
 
 from ..addon import jobs, session
 from ..core.kernels import HAS_NUMBA
-from .base import SidebarPanel, draw_group, draw_wrapped
+from .base import SidebarPanel, draw_group, draw_job, draw_wrapped
 
 
 class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
@@ -28,17 +28,15 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
 
         job = jobs.running()
         if job:
-            row = layout.row(align=True)
-            row.progress(factor=job.factor, text=job.text)
-            row.operator("accelscope.cancel", text="", icon="X")
-            layout.label(text="Esc to stop")
+            draw_job(layout, job)
         else:
             row = layout.row(align=True)
             row.scale_y = 1.4
             row.operator("accelscope.build")
             row.operator("accelscope.clear", text="", icon="TRASH")
             status = session.current.status(context)
-            icon = "CHECKMARK" if status.up_to_date else "INFO"
+            stale = "ERROR" if session.current.built else "INFO"
+            icon = "CHECKMARK" if status.up_to_date else stale
             draw_wrapped(layout, status.text, icon, width)
         layout.operator_menu_enum("accelscope.add_sample_scene", "sample", icon="MESH_MONKEY")
 

@@ -33,8 +33,14 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
         column.prop(display, "colour_by")
         column.prop(display, "opacity")
         column.prop(display, "line_width")
-        if session.current.cells is not None:
-            layout.label(text=overlay.shown_text(display))
+        cells = session.current.cells
+        if cells is not None:
+            maximum = overlay.colour_maximum(cells, display)
+            by_count = display.colour_by == "count"
+            text = f"1 to {maximum} primitives" if by_count else f"depth 0 to {maximum}"
+            lines = layout.column(align=True)
+            lines.label(text=f"Blue to red: {text}")
+            lines.label(text=overlay.shown_text(display))
 
 
 CLASSES = (VIEW3D_PT_accelscope_display,)

@@ -6,8 +6,8 @@ from typing import Any
 
 import bpy
 
-from ..addon import session
-from .base import SidebarPanel, draw_group, draw_wrapped
+from ..addon import jobs, session
+from .base import SidebarPanel, draw_figure, draw_group, draw_job, draw_wrapped
 
 
 class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
@@ -19,9 +19,14 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
     ) -> None:
         layout.prop(root, "workload")
         draw_group(layout, getattr(root.workloads, root.workload))
-        row = layout.row()
-        row.scale_y = 1.4
-        row.operator("accelscope.trace")
+        job = jobs.running()
+        if job:
+            # Here too, since the panel above may be scrolled out of sight.
+            draw_job(layout, job)
+        else:
+            row = layout.row()
+            row.scale_y = 1.4
+            row.operator("accelscope.trace")
 
         column = layout.column(align=True)
         column.prop(root, "ray_index")
@@ -33,9 +38,7 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
         draw_wrapped(layout, text, "TRACKING_FORWARDS", context.region.width)
         grid = layout.column(align=True)
         for name, value in current.steps.tally().items():
-            split = grid.split(factor=0.6)
-            split.label(text=name)
-            split.label(text=str(value))
+            draw_figure(grid, name, str(value))
 
 
 CLASSES = (VIEW3D_PT_accelscope_rays,)

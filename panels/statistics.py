@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 
 from ..addon import session
-from .base import SidebarPanel
+from .base import SidebarPanel, draw_figure
 
 
 class VIEW3D_PT_accelscope_statistics(SidebarPanel, bpy.types.Panel):
@@ -28,9 +28,7 @@ class VIEW3D_PT_accelscope_statistics(SidebarPanel, bpy.types.Panel):
             box = layout.box().column(align=True)
             box.label(text=section)
             for _, label, text in group:
-                split = box.split(factor=0.6)
-                split.label(text=label)
-                split.label(text=text)
+                draw_figure(box, label, text)
 
 
 CLASSES = (VIEW3D_PT_accelscope_statistics,)
