@@ -60,24 +60,24 @@ class CameraSettings:
         "From",
         "Where the camera stands; equal to At, the scene's own camera is used, or one that "
         "frames the scene",
-        minimum=-1e100,
-        maximum=1e100,
+        minimum=-1e15,
+        maximum=1e15,
         unset="auto",
     )
     at: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.0),
         "At",
         "What the camera looks at",
-        minimum=-1e100,
-        maximum=1e100,
+        minimum=-1e15,
+        maximum=1e15,
         unset="auto",
     )
     up: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.0),
         "Up",
         "Which way is up; 0 takes the scene's own camera's, or z",
-        minimum=-1e100,
-        maximum=1e100,
+        minimum=-1e15,
+        maximum=1e15,
         unset="auto",
     )
     fov: float = setting(

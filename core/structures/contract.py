@@ -41,7 +41,13 @@ MAXIMUM_DEPTH = 96
 
 def traversal_cost() -> Any:
     """Declare C_trav, the lecture's t_tra."""
-    return setting(1.2, "C_trav", "Cost of one traversal step, in the unit of C_isect", minimum=0.0)
+    return setting(
+        1.2,
+        "C_trav",
+        "Cost of one traversal step, in the unit of C_isect",
+        minimum=0.0,
+        maximum=1e9,
+    )
 
 
 def intersection_cost() -> Any:
