@@ -50,7 +50,7 @@ def test_arguments(refused, arguments, words):
         ("--structure", "bvh:bins=1000000", "at most 64, not 1000000"),
         ("--structure", "bvh:max_leaf_size=0", "max_leaf_size must be at least 1"),
         ("--structure", "bvh:max_leaf_size=2.5", "takes a whole number, not '2.5'"),
-        ("--structure", "bvh:C_trav=-1", "C_trav must be at least 0, not -1"),
+        ("--structure", "bvh:C_trav=-1", "C_trav must be at least 0 and at most 1e+09, not -1"),
         ("--structure", "bvh:C_trav=nan", "C_trav must be finite, not nan"),
         ("--structure", "bvh:builder=magic", "builder is one of binned, not 'magic'"),
         ("--structure", "grid:resolution=-5", "resolution must be at least 0, not -5"),
