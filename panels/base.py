@@ -71,4 +71,4 @@ def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: str, width: int) -
     column = layout.column(align=True)
     column.scale_y = 0.8
     for number, line in enumerate(lines):
-        column.label(text=line, icon=icon if number == 0 else "BLANK1")
+        column.label(text=line, icon=icon if number == 0 or icon == "NONE" else "BLANK1")

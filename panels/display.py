@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..addon import overlay, properties, session
-from .base import SidebarPanel
+from .base import SidebarPanel, draw_wrapped
 
 
 class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
@@ -39,8 +39,8 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
             by_count = display.colour_by == "count"
             text = f"1 to {maximum} primitives" if by_count else f"depth 0 to {maximum}"
             lines = layout.column(align=True)
-            lines.label(text=f"Blue to red: {text}")
-            lines.label(text=overlay.shown_text(display))
+            draw_wrapped(lines, f"Blue to red: {text}", "NONE", context.region.width)
+            draw_wrapped(lines, overlay.shown_text(display), "NONE", context.region.width)
 
 
 CLASSES = (VIEW3D_PT_accelscope_display,)
