@@ -24,17 +24,19 @@ class Heartbeat:
         self.beats: list[float] = []
         self.redraws: list[float] = []
         self._handler = None
+        # Blender knows a timer by its object, and Python makes a new one at every access.
+        self._timer = self._beat
 
     def start(self) -> None:
         """Begin."""
         self._handler = bpy.types.SpaceView3D.draw_handler_add(
             self._note_redraw, (), "UI", "POST_PIXEL"
         )
-        bpy.app.timers.register(self._beat)
+        bpy.app.timers.register(self._timer)
 
     def stop(self) -> None:
         """End."""
-        bpy.app.timers.unregister(self._beat)
+        bpy.app.timers.unregister(self._timer)
         bpy.types.SpaceView3D.draw_handler_remove(self._handler, "UI")
 
     def _beat(self) -> float:

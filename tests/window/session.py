@@ -406,19 +406,20 @@ class Session:
             Where the pointer is now. RuntimeError if there is no such button.
         """
         known = next((place for each, place in self._places.items() if fits(each, name)), None)
-        if known is not None:
-            # The panels above it may have grown or shrunk by a few lines.
-            for offset in (0, *(sign * n * SCAN for n in range(1, 7) for sign in (-1, 1))):
-                if (yield from self._settles_on(name, (known[0], known[1] + offset))):
-                    return self._places[name]
         for scrolling in ("", "WHEEL_UP", *["WHEEL_DOWN"] * 5):
             sidebar = self.region("UI")
             x, y = sidebar.x + across * sidebar.width, sidebar.y + sidebar.height - SCAN
             if scrolling:
                 self.click(x, sidebar.y + 0.5 * sidebar.height, scrolling, count=12)
                 yield 5 * TICK
-            for row in range(int(sidebar.height / SCAN) - 1):
-                if (yield from self._settles_on(name, (x, y - row * SCAN))):
+            places = [(x, y - row * SCAN) for row in range(int(sidebar.height / SCAN) - 1)]
+            if known is not None and scrolling != "WHEEL_DOWN":
+                # The panels above it may have grown or shrunk by a few lines.
+                offsets = (0, *(sign * n * SCAN for n in range(1, 7) for sign in (-1, 1)))
+                near = [(known[0], known[1] + offset) for offset in offsets]
+                places = [*near, *places] if scrolling else near
+            for place in places:
+                if (yield from self._settles_on(name, place)):
                     return self._places[name]
         raise RuntimeError(f"the sidebar has no button for {name}")
 
