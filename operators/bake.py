@@ -9,7 +9,7 @@ from ..addon import session
 
 class ACCELSCOPE_OT_bake(bpy.types.Operator):
     bl_idname = "accelscope.bake"
-    bl_label = "Bake to Mesh"
+    bl_label = "Bake to Meshes"
     bl_description = (
         "Make a mesh object of the edges of the cells that are shown, with depth and other "
         "figures as attributes, in the collection AccelScope"
