@@ -410,7 +410,8 @@ class Session:
             sidebar = self.region("UI")
             x, y = sidebar.x + across * sidebar.width, sidebar.y + sidebar.height - SCAN
             if scrolling:
-                self.click(x, sidebar.y + 0.5 * sidebar.height, scrolling, count=12)
+                count = {"WHEEL_UP": 40, "WHEEL_DOWN": 12}[scrolling]
+                self.click(x, sidebar.y + 0.5 * sidebar.height, scrolling, count=count)
                 yield 5 * TICK
             places = [(x, y - row * SCAN) for row in range(int(sidebar.height / SCAN) - 1)]
             if known is not None and scrolling != "WHEEL_DOWN":
