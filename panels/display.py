@@ -39,7 +39,8 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
             by_count = display.colour_by == "count"
             text = f"1 to {maximum} primitives" if by_count else f"depth 0 to {maximum}"
             lines = layout.column(align=True)
-            draw_wrapped(lines, f"Blue to red: {text}", "NONE", context.region.width)
+            if maximum > 0:
+                draw_wrapped(lines, f"Blue to red: {text}", "NONE", context.region.width)
             draw_wrapped(lines, overlay.shown_text(display), "NONE", context.region.width)
 
 
