@@ -76,7 +76,7 @@ def steps_of(script: Path) -> list[str]:
 
 def test_tour(extension_zip: Path) -> None:
     output = OUTPUT / "tour"
-    in_window("tour.py", output, "--", extension_zip, seconds=1200)
+    in_window("tour.py", output, "--", extension_zip, seconds=2400)
     passed = (output / "passed.txt").read_text(encoding="utf-8").split()
     assert passed == steps_of(HERE / "tour.py")
     pictures = sorted(path.name for path in output.glob("[0-9][0-9]-*.png"))

@@ -498,7 +498,8 @@ def cancel() -> Steps:
     assert status() == "Up to date"
     # The best of three, because others use the processor as well.
     assert min(each["operator_seconds"] for each in escapes) < 0.5, escapes
-    assert min(each["thread_seconds"] for each in escapes) < 0.5, escapes
+    # The thread itself stops at its next report, which nobody waits for.
+    assert min(each["thread_seconds"] for each in escapes) < 2.0, escapes
 
 
 def until(condition: Callable[[], object]) -> Generator[Wait, None, float]:
