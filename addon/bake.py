@@ -10,7 +10,7 @@ import numpy as np
 from ..core.colours import INNER_COLOUR, count_colours, depth_colours
 from ..core.errors import InputError
 from ..core.memory import refuse_if_too_large
-from .overlay import colour_maximum, visible
+from .overlay import colour_maximum, coloured_by_count, visible
 from .overlay_shader import EDGES, EMPTY_OPACITY, UNIT_CORNERS
 
 if TYPE_CHECKING:  # only the type: its module brings Numba in
@@ -98,7 +98,7 @@ def _colours(cells: Cells, display: Any) -> np.ndarray:
     """Return the colour of every cell as the overlay shows it, (n, 4), linear."""
     maximum = colour_maximum(cells, display)
     faint = cells.is_leaf & (cells.count == 0)
-    if display.colour_by == "count":
+    if coloured_by_count(cells, display):
         rgb = count_colours(cells.count, maximum)
         rgb[~cells.is_leaf] = INNER_COLOUR
         faint |= ~cells.is_leaf

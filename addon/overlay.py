@@ -170,12 +170,17 @@ def visible(cells: Cells, display: Any) -> np.ndarray:
     return shown
 
 
+def coloured_by_count(cells: Cells, display: Any) -> bool:
+    """Say whether colours show counts: by choice, or because all cells have the same depth."""
+    return display.colour_by == "count" or int(cells.depth.max(initial=0)) == 0
+
+
 def colour_maximum(cells: Cells, display: Any) -> int:
     """Return the depth or count that gets the last colour of the ramp.
 
     The depth only up to the deepest that is shown: a few levels take the whole ramp.
     """
-    if display.colour_by == "count":
+    if coloured_by_count(cells, display):
         return int(cells.count.max(initial=0))
     return max(min(int(cells.depth.max(initial=0)), display.depth_max), 0)
 
@@ -285,7 +290,7 @@ def _draw_cells(tools: _Tools, sections: _Sections, display: Any, pixel_size: fl
         _overlay.uploads += 1
         _overlay.uploaded_cells = overlay_shader.cells_texture(cells, sections.order)
     shader = tools.cells_shader
-    by_count = display.colour_by == "count"
+    by_count = coloured_by_count(cells, display)
     width = display.line_width * pixel_size
     gpu.state.depth_test_set("LESS_EQUAL")
     shader.bind()

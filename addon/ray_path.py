@@ -7,10 +7,11 @@ import numpy as np
 from ..core.geometry.rays import Rays
 from ..core.scene import Scene
 from ..core.structures.contract import Cells
-from ..core.structures.steps import HIT, POSTPONE, TEST, VISIT_EMPTY, VISIT_LEAF, Steps
+from ..core.structures.steps import HIT, POSTPONE, TEST, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF, Steps
 
 HIT_COLOUR = (1.0, 0.85, 0.1, 1.0)
 MISS_COLOUR = (0.6, 0.6, 0.6, 1.0)
+INNER_COLOUR = (1.0, 1.0, 1.0, 0.35)
 LEAF_COLOUR = (1.0, 0.45, 0.0, 0.9)
 EMPTY_COLOUR = (0.2, 0.6, 1.0, 0.7)
 TEST_COLOUR = (0.9, 0.3, 0.6, 0.9)
@@ -26,8 +27,9 @@ def segments_of(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return what to draw of a recorded ray.
 
-    The ray up to its hit, or until it has left the scene; the edges of every leaf it entered (empty
-    ones in another colour); the outlines of the triangles tested, and of the one that is hit.
+    The ray up to its hit, or until it has left the scene; the edges of every cell it entered (inner
+    nodes faint, empty leaves in another colour); the outlines of the triangles tested, and of the
+    one that is hit.
 
     Parameters
     ----------
@@ -47,7 +49,11 @@ def segments_of(
 
     place_of = np.full(int(cells.numbers.max()) + 1, -1)
     place_of[cells.numbers] = np.arange(len(cells))
-    for kind, colour in ((VISIT_LEAF, LEAF_COLOUR), (VISIT_EMPTY, EMPTY_COLOUR)):
+    for kind, colour in (
+        (VISIT_INNER, INNER_COLOUR),
+        (VISIT_LEAF, LEAF_COLOUR),
+        (VISIT_EMPTY, EMPTY_COLOUR),
+    ):
         entered = np.unique(steps.cell[steps.kind == kind])
         boxes = cells.boxes[place_of[entered]]
         pieces.append(boxes[:, _CORNERS][:, _EDGES].reshape(-1, 2, 3))

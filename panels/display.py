@@ -36,7 +36,7 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
         cells = session.current.cells
         if cells is not None:
             maximum = overlay.colour_maximum(cells, display)
-            by_count = display.colour_by == "count"
+            by_count = overlay.coloured_by_count(cells, display)
             text = f"1 to {maximum} primitives" if by_count else f"depth 0 to {maximum}"
             lines = layout.column(align=True)
             if maximum > 0:

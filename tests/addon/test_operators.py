@@ -89,7 +89,7 @@ def test_step_ray_refuses_a_ray_there_is_not(bpy: Any, traced: Any, root: Any) -
         bpy.ops.accelscope.step_ray()
 
 
-def test_path_ends_at_the_hit_and_shows_the_leaves(bpy: Any, traced: Any, current: Any) -> None:
+def test_path_ends_at_the_hit_and_shows_the_nodes(bpy: Any, traced: Any, current: Any) -> None:
     from accelscope.addon.ray_path import segments_of
 
     structure, rays = current.built.structure, current.traced.rays
@@ -101,8 +101,8 @@ def test_path_ends_at_the_hit_and_shows_the_leaves(bpy: Any, traced: Any, curren
         assert np.isfinite(segments).all()
         tally = steps.tally()
         is_hit = bool(np.isfinite(t))
-        # A BVH visits no leaf twice: one ray, 12 edges a leaf, 3 a triangle, the hit once more.
-        assert len(segments) == 1 + 12 * tally["N_ETS"] + 3 * tally["N_IT"] + 3 * is_hit
+        # A BVH enters no node twice: one ray, 12 edges a node, 3 a triangle, the hit once more.
+        assert len(segments) == 1 + 12 * tally["N_TS"] + 3 * tally["N_IT"] + 3 * is_hit
         np.testing.assert_array_equal(segments[0, 0], rays.origins[index])
         if is_hit:
             np.testing.assert_allclose(
