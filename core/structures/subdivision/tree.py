@@ -63,12 +63,15 @@ class TreeWorkspace(NamedTuple):
     path : (STACK,) int32
         The nodes on that path.
     heap : (STACK,) int32
-        Places of the stack in the order of a heap.
+        Places 0, 1, ... of entries in the order of a heap.
+    heap_nodes : (STACK,) int32
+    spans : (STACK, 3) float64
+        What the places hold: nodes and their spans.
     keys, ceilings : (STACK,) float64
-        What the heap is ordered by, see :func:`.walks.walk_heap`.
     ages : (STACK,) int64
+        What the heap is ordered by, see :func:`.walks.walk_heap`.
     free : (STACK,) int32
-        Places of the stack not taken by the heap.
+        Places that became free.
     segment_nodes : (SEGMENTS,) int32
     segment_enters, segment_exits : (SEGMENTS,) float64
         The ray cut into pieces by leaf.
@@ -83,6 +86,8 @@ class TreeWorkspace(NamedTuple):
     boxes: np.ndarray
     path: np.ndarray
     heap: np.ndarray
+    heap_nodes: np.ndarray
+    spans: np.ndarray
     keys: np.ndarray
     ceilings: np.ndarray
     ages: np.ndarray
@@ -96,12 +101,25 @@ class TreeWorkspace(NamedTuple):
 def make_workspace(mailbox_size: int) -> TreeWorkspace:
     """Return scratch memory for one thread."""
     return TreeWorkspace(
-        np.zeros((3, 3)), np.zeros(STACK, np.int32), np.zeros(STACK), np.zeros(STACK),
-        np.zeros(STACK), np.zeros((STACK, 6)), np.zeros(STACK, np.int32),
-        np.zeros(STACK, np.int32), np.zeros(STACK), np.zeros(STACK), np.zeros(STACK, np.int64),
-        np.zeros(STACK, np.int32), np.zeros(SEGMENTS, np.int32), np.zeros(SEGMENTS),
-        np.zeros(SEGMENTS), np.full(mailbox_size, -1, np.int32),
-    )  # fmt: skip
+        frame=np.zeros((3, 3)),
+        nodes=np.zeros(STACK, np.int32),
+        enters=np.zeros(STACK),
+        exits=np.zeros(STACK),
+        lates=np.zeros(STACK),
+        boxes=np.zeros((STACK, 6)),
+        path=np.zeros(STACK, np.int32),
+        heap=np.zeros(STACK, np.int32),
+        heap_nodes=np.zeros(STACK, np.int32),
+        spans=np.zeros((STACK, 3)),
+        keys=np.zeros(STACK),
+        ceilings=np.zeros(STACK),
+        ages=np.zeros(STACK, np.int64),
+        free=np.zeros(STACK, np.int32),
+        segment_nodes=np.zeros(SEGMENTS, np.int32),
+        segment_enters=np.zeros(SEGMENTS),
+        segment_exits=np.zeros(SEGMENTS),
+        mailbox=np.full(mailbox_size, -1, np.int32),
+    )
 
 
 class Span(NamedTuple):
@@ -234,6 +252,14 @@ def push(workspace, height, node, span):
     workspace.enters[height] = span.enter
     workspace.exits[height] = span.exit
     workspace.lates[height] = span.late
+
+
+@inlined
+def pop(workspace, height):
+    """Return the node at a place of the stack, and its span."""
+    return workspace.nodes[height], Span(
+        workspace.enters[height], workspace.exits[height], workspace.lates[height]
+    )
 
 
 @kernel
