@@ -75,7 +75,7 @@ class PointerOctree(NamedTuple):
 @implements(child, PointerOctree)
 def child_by_pointer(tree, node, side):
     """Follow a pointer."""
-    return tree.children[node, side]
+    return np.int64(tree.children[node, side])
 
 
 def store_pointers(tree: BuiltTree) -> PointerOctree:
@@ -108,7 +108,7 @@ class ImplicitOctree(NamedTuple):
 @implements(child, ImplicitOctree)
 def child_by_place(tree, node, side):
     """Compute the child's place."""
-    return tree.numbers[8 * tree.places[node] + 1 + side]
+    return np.int64(tree.numbers[8 * tree.places[node] + 1 + side])
 
 
 def store_implicit(tree: BuiltTree) -> ImplicitOctree:
@@ -177,7 +177,7 @@ def search(codes, first, last, code):
 @implements(child, LinearOctree)
 def child_by_code(tree, node, side):
     """Search for the child's code among the leaves, then among the inner nodes of its level."""
-    level = int(tree.inner_levels[node]) + 1
+    level = np.int64(tree.inner_levels[node]) + 1
     code = tree.inner_codes[node] + (side << (3 * (tree.depth - level)))
     place = search(tree.codes, 0, len(tree.codes), code)
     if tree.codes[place] == code and tree.levels[place] == level:
@@ -233,9 +233,9 @@ class HashOctree(NamedTuple):
 def child_by_name(tree, node, side):
     """Look the child's name up."""
     name = 10 * tree.names[node] + 1 + side
-    found = tree.heads[name % len(tree.heads)]
+    found = np.int64(tree.heads[name % len(tree.heads)])
     while tree.names[found] != name:
-        found = tree.nexts[found]
+        found = np.int64(tree.nexts[found])
     return found
 
 

@@ -29,7 +29,7 @@ def push_down(tree, rope, face, boxes, node):
         side = 0
         for axis in range(3):
             plane = split[axis]
-            if plane != plane:  # noqa: PLR0124  (NaN: not split)
+            if plane != plane:
                 continue
             if axis == across:
                 upper = 1 if face < 3 else 0  # the child at the face
@@ -62,7 +62,7 @@ def link_leaves(tree, boxes, out, stack_nodes, stack_ropes):
         split = planes(tree, node)
         divided = 0
         for axis in range(3):
-            if split[axis] == split[axis]:  # noqa: PLR0124  (not NaN)
+            if split[axis] == split[axis]:
                 divided |= 1 << axis
         # The node's own ropes lie where its first child's will.
         own = stack_ropes.shape[0] - 1

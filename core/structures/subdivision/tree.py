@@ -257,7 +257,7 @@ def push(workspace, height, node, span):
 @inlined
 def pop(workspace, height):
     """Return the node at a place of the stack, and its span."""
-    return workspace.nodes[height], Span(
+    return np.int64(workspace.nodes[height]), Span(
         workspace.enters[height], workspace.exits[height], workspace.lates[height]
     )
 

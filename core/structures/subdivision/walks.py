@@ -256,7 +256,7 @@ def walk_segments(structure, triangles, ray, number, workspace, log):
         # Processing: the list is all that is needed now.
         for i in range(count):
             enter = workspace.segment_enters[i]
-            leaf = workspace.segment_nodes[i]
+            leaf = np.int64(workspace.segment_nodes[i])
             if enter > limit:
                 note(log, SKIP, leaf, -1, enter, workspace.segment_exits[i])
                 continue
@@ -340,7 +340,7 @@ def walk_heap(structure, triangles, ray, number, workspace, log):
         size -= 1
         workspace.free[unused] = place
         unused += 1
-        node = workspace.heap_nodes[place]
+        node = np.int64(workspace.heap_nodes[place])
         span = Span(workspace.spans[place, 0], workspace.spans[place, 1], workspace.spans[place, 2])
         if span.enter > limit:
             note(log, SKIP, node, -1, span.enter, span.exit)
@@ -446,7 +446,7 @@ def step_down(tree, node, workspace, depth, t):
         if early <= t:
             upper = 1 - upper
         side += upper << axis
-        if plane == plane:  # noqa: PLR0124  (not NaN: this axis is split)
+        if plane == plane:
             boxes[depth + 1, axis if upper == 1 else 3 + axis] = plane
     workspace.path[depth] = node
     return child(tree, node, side)
@@ -534,7 +534,7 @@ def walk_neighbours(structure, triangles, ray, number, workspace, log):
         common = False
         while searching and not common:
             depth -= 1
-            node = workspace.path[depth]
+            node = np.int64(workspace.path[depth])
             common = planes(tree, node)[gate.axis] == gate.plane
             if not common:
                 inner += 1
@@ -573,7 +573,7 @@ def walk_ropes(structure, triangles, ray, number, workspace, log):
         )  # fmt: skip
         gate = exit_gate
         far = 1 - near_side(workspace.frame, gate.axis)
-        node = structure.ropes[index, 3 * far + gate.axis]
+        node = np.int64(structure.ropes[index, 3 * far + gate.axis])
         searching = node >= 0 and gate.t <= limit_of(ray, best)
     return Found(
         best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved
