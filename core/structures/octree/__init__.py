@@ -38,7 +38,9 @@ from ..subdivision.structure import (
 )
 from ..subdivision.tree import child
 from . import octants as octants  # registers the kernels of the storages
-from .build import Rule, finish, grow, slack_of
+from .assignment import assignment_named
+from .build import Rule, finish, grow
+from .planes import PLACEMENTS
 from .storage import STORAGES, BuiltTree, HashOctree, chain_lengths, topology_bytes
 
 
@@ -126,18 +128,17 @@ class Octree(Subdivision):
             len(scene) * 150, f"an octree over {len(scene)} triangles", "use a smaller scene"
         )
         triangles = triangles_of(scene)
+        closed = settings.overlap == "closed"
         rule = Rule(
             settings.max_depth,
             settings.max_leaf_size,
             settings.budget or 2**31 - 1,
             ORDERS[settings.order],
-            settings.planes == "adaptive",
-            settings.overlap == "closed",
-            settings.assignment == "exact",
-            slack_of(triangles.reach),
+            PLACEMENTS[settings.planes],
+            assignment_named(settings.assignment, triangles, boxes_of(scene.triangles), closed),
         )
         box = padded_box(scene.lower, scene.upper, settings.padding)
-        tree = grow(triangles, boxes_of(scene.triangles), box, rule, progress)
+        tree = grow(len(scene), box, rule, progress)
         return cls(scene, settings, finish(tree), triangles)
 
     def topology(self) -> Topology:

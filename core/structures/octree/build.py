@@ -8,16 +8,15 @@ breadth-first and best-first building are one loop, and only the frontier differ
 from __future__ import annotations
 
 import time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...geometry.rays import ULPS
-from ...geometry.triangle import Triangles, overlaps_box
 from ...kernels import call, kernel
 from ...memory import refuse_if_too_large
 from ...progress import Progress
 from ..subdivision.frontier import Frontier, drop, enlarged, is_empty, make_frontier, peek, put
+from .assignment import octant_box, octants_of
 from .planes import choose_plane
 from .storage import BuiltTree
 
@@ -31,16 +30,18 @@ SLICE = 0.05
 
 
 class Rule(NamedTuple):
-    """What decides splits, for kernels; `budget` is a number of nodes."""
+    """What decides splits, for kernels: `budget` is a number of nodes.
+
+    `placement` is a record of :mod:`.planes`, `assignment` one of :mod:`.assignment`; the kernels
+    for them are chosen by their types.
+    """
 
     max_depth: int
     max_leaf_size: int
     budget: int
     order: int
-    adaptive: bool
-    closed: bool
-    exact: bool
-    slack: np.ndarray
+    placement: Any
+    assignment: Any
 
 
 class Growing(NamedTuple):
@@ -73,12 +74,11 @@ class Growing(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch memory: octants of each reference as bits, numbers for a median, one box."""
+    """Scratch memory: octants of each reference as bits, numbers for a median, octant counts."""
 
     masks: np.ndarray
     values: np.ndarray
     counts: np.ndarray
-    box: np.ndarray
 
 
 @kernel
@@ -96,53 +96,14 @@ def offer(tree, node, rule):
 
 
 @kernel
-def octant_box(tree, node, octant, out):
-    """Write the box of one octant of a node into `out`, (6,)."""
-    for axis in range(3):
-        upper = octant >> axis & 1
-        plane = tree.planes[node, axis]
-        out[axis] = plane if upper == 1 else tree.boxes[node, axis]
-        out[3 + axis] = tree.boxes[node, 3 + axis] if upper == 1 else plane
-
-
-@kernel
-def octants_of(tree, node, n, corners, boxes, rule, box):
-    """Return the octants of a node that triangle n overlaps, as bits 0 ... 7; at least one."""
-    below, above = 0, 0  # bits of the axes: may the triangle be below, above the plane?
-    for axis in range(3):
-        low, high, plane = boxes[n, axis], boxes[n, 3 + axis], tree.planes[node, axis]
-        if low < plane or (rule.closed and low == plane):
-            below |= 1 << axis
-        # A flat triangle in an open plane overlaps neither side: it goes above.
-        if high > plane or low == plane or (rule.closed and high == plane):
-            above |= 1 << axis
-    mask, by_box = 0, 0
-    for octant in range(8):
-        if (octant & above) | (~octant & below & 7) != 7:
-            continue
-        by_box |= 1 << octant
-        if rule.exact:
-            octant_box(tree, node, octant, box)
-            for axis in range(3):
-                box[axis] -= rule.slack[axis]
-                box[3 + axis] += rule.slack[axis]
-            if not overlaps_box(corners, n, box):
-                continue
-        mask |= 1 << octant
-    return mask if mask != 0 else by_box
-
-
-@kernel
-def place_planes(tree, node, boxes, rule, scratch):
+def place_planes(tree, node, rule, values):
     """Choose the three planes of a node; say whether each lies strictly inside."""
     for axis in range(3):
         low, high = tree.boxes[node, axis], tree.boxes[node, 3 + axis]
-        plane = 0.5 * (low + high)
-        if rule.adaptive:
-            plane = choose_plane(
-                tree.boxes[node], tree.arena, tree.begin[node], tree.count[node],
-                boxes, axis, rule.closed, scratch.values,
-            )  # fmt: skip
+        plane = choose_plane(
+            rule.placement, tree.boxes[node], axis,
+            tree.arena, tree.begin[node], tree.count[node], rule.assignment, values,
+        )  # fmt: skip
         if not low < plane < high:
             return False
         tree.planes[node, axis] = plane
@@ -150,7 +111,7 @@ def place_planes(tree, node, boxes, rule, scratch):
 
 
 @kernel
-def subdivide(tree, corners, boxes, rule, scratch, work):
+def subdivide(tree, rule, scratch, work):
     """Split candidates until there are none, room is lacking or `work` references are handled."""
     arena, frontier = tree.arena, tree.frontier
     while not is_empty(frontier):
@@ -164,7 +125,7 @@ def subdivide(tree, corners, boxes, rule, scratch, work):
             return NEEDS_NODES
         begin, count = tree.begin[node], tree.count[node]
         work -= 64 + count
-        if not place_planes(tree, node, boxes, rule, scratch):
+        if not place_planes(tree, node, rule, scratch.values):
             drop(frontier, rule.order)  # numbers cannot tell the halves apart: it stays a leaf
             continue
         # How many references go into each octant, then where.
@@ -172,9 +133,7 @@ def subdivide(tree, corners, boxes, rule, scratch, work):
         for octant in range(8):
             scratch.counts[octant] = 0
         for i in range(count):
-            mask = octants_of(
-                tree, node, arena[begin + i], corners, boxes, rule, scratch.box
-            )  # fmt: skip
+            mask = octants_of(rule.assignment, tree, node, arena[begin + i])
             scratch.masks[i] = mask
             for octant in range(8):
                 if mask >> octant & 1:
@@ -221,15 +180,11 @@ def sweep(tree):
     tree.used[1] = place
 
 
-def grow(
-    triangles: Triangles, boxes: np.ndarray, box: np.ndarray, rule: Rule, progress: Progress
-) -> Growing:
-    """Build a tree over triangles.
+def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
+    """Build a tree over n triangles.
 
     Parameters
     ----------
-    boxes : (n, 6) float64
-        Boxes of the triangles.
     box : (6,) float64
         The root's cell.
 
@@ -238,20 +193,17 @@ def grow(
     InputError
         When nodes or references do not fit into memory.
     """
-    n = len(boxes)
     tree = with_room(None, 1024, max(4 * n, 1024))
     tree.boxes[0], tree.first[0], tree.count[0] = box, -1, n
     tree.arena[:n] = np.arange(n)
     tree.used[:] = 1, n
-    scratch = Scratch(
-        np.empty(n, np.uint8), np.empty(n), np.empty(8, np.int64), np.empty(6)
-    )  # fmt: skip
+    scratch = Scratch(np.empty(n, np.uint8), np.empty(n), np.empty(8, np.int64))
     call(offer, tree, 0, rule)
     status, work = PAUSED, 1 << 12
     while status != FINISHED:
         progress.report(int(tree.used[0]), int(tree.used[0]) + 1, "Building octree")
         start = time.perf_counter()
-        status = call(subdivide, tree, triangles.corners, boxes, rule, scratch, work)
+        status = call(subdivide, tree, rule, scratch, work)
         seconds = time.perf_counter() - start
         if status == NEEDS_NODES:
             tree = with_room(tree, 2 * len(tree.first), len(tree.arena))
@@ -296,7 +248,7 @@ def with_room(old: Growing | None, n_nodes: int, n_references: int) -> Growing:
 
 
 def finish(tree: Growing) -> BuiltTree:
-    """Number inner nodes level by level and leaves depth-first, and list references by leaf."""
+    """Renumber: inner nodes level by level, leaves depth-first; list references by leaf."""
     n_nodes = int(tree.used[0])
     first, count = tree.first[:n_nodes], tree.count[:n_nodes]
     is_inner = first >= 0
@@ -342,8 +294,3 @@ def copy_lists(tree, leaves, offsets, out):
         begin = tree.begin[leaves[i]]
         for k in range(offsets[i + 1] - offsets[i]):
             out[offsets[i] + k] = tree.arena[begin + k]
-
-
-def slack_of(reach: np.ndarray) -> np.ndarray:
-    """Return the rounding (3,) of a walk's coordinates, in scenes that reach that far."""
-    return 4 * ULPS * reach

@@ -1,7 +1,7 @@
-"""The adaptive octree: planes where they cost least, instead of in the middle.
+"""Where an octree's cells are cut: in the middle, or where it costs least.
 
-Along each axis CANDIDATES positions between the object median (as many triangles on either side)
-and the spatial median (the middle) are tried, and that of the least cost
+For the latter, along each axis ten positions between the object median (as many triangles on
+either side) and the spatial median (the middle) are tried, and that of the least cost
 
     SA(low part) N_low + SA(high part) N_high
 
@@ -10,9 +10,48 @@ is taken (Octree-A of V. Havran: A Summary of Octree Ray Traversal Algorithms, R
 
 from __future__ import annotations
 
-from ...kernels import kernel
+from typing import NamedTuple
 
-CANDIDATES = 10
+from ...kernels import dispatched, implements, kernel
+
+
+class Middle(NamedTuple):
+    """Planes in the middle; half the sum of a cell's ends."""
+
+    half: float = 0.5
+
+
+class Adaptive(NamedTuple):
+    """Planes at the cheapest of so many candidates."""
+
+    candidates: int = 10
+
+
+PLACEMENTS = {"middle": Middle(), "adaptive": Adaptive()}
+
+
+@dispatched
+def choose_plane(placement, cell, axis, references, begin, count, assignment, values):
+    """Return the plane that cuts a cell along an axis.
+
+    Parameters
+    ----------
+    placement : Middle or Adaptive
+    cell : (6,) float64
+    references, begin, count
+        The triangles of the cell are ``references[begin:begin + count]``.
+    assignment : ByBox or Exact
+        Has their boxes.
+    values : (count,) float64
+        Scratch.
+    """
+    raise TypeError(f"no placement by {type(placement).__name__}")
+
+
+@implements(choose_plane, Middle)
+def plane_in_the_middle(placement, cell, axis, references, begin, count, assignment, values):
+    """Return the middle of the cell."""
+    return placement.half * (cell[axis] + cell[3 + axis])
 
 
 @kernel
@@ -40,18 +79,10 @@ def select(values, count, rank):
     return values[rank]
 
 
-@kernel
-def choose_plane(cell, references, begin, count, boxes, axis, closed, values):
-    """Return the cheapest candidate plane of a cell along an axis.
-
-    Parameters
-    ----------
-    cell : (6,) float64
-    references, begin, count
-        The triangles of the cell are ``references[begin:begin + count]``.
-    values : (count,) float64
-        Scratch.
-    """
+@implements(choose_plane, Adaptive)
+def cheapest_plane(placement, cell, axis, references, begin, count, assignment, values):
+    """Return the cheapest candidate between the middle and the object median."""
+    boxes, closed = assignment.boxes, assignment.closed
     low, high = cell[axis], cell[3 + axis]
     middle = 0.5 * (low + high)
     for i in range(count):
@@ -63,8 +94,8 @@ def choose_plane(cell, references, begin, count, boxes, axis, closed, values):
     v = cell[(axis + 2) % 3 + 3] - cell[(axis + 2) % 3]
     best, best_cost = middle, -1.0
     # From the middle outwards: of equal cost the one nearest to the middle.
-    for k in range(CANDIDATES):
-        plane = middle + (median - middle) * k / (CANDIDATES - 1)
+    for k in range(placement.candidates):
+        plane = middle + (median - middle) * k / (placement.candidates - 1)
         if not low < plane < high:
             continue
         n_low, n_high = 0, 0

@@ -1,4 +1,4 @@
-"""When to stop subdividing, and which cell is split next (lecture, "Adaptive subdivision criteria").
+"""When to stop subdividing, and which cell is split next (lecture, "Adaptive subdivision").
 
 A cell is a candidate if it has more than M triangles and lies above depth K. Candidates wait in a
 frontier of one of three disciplines: a stack splits depth-first, a FIFO queue breadth-first, a

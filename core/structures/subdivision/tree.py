@@ -43,6 +43,9 @@ from ...kernels import dispatched, inlined, kernel
 STACK = 512
 """Nodes a walk can put aside: seven per level of an octree, and no tree is deeper than 60."""
 
+ROOT = np.int64(0)
+"""Number of the root. Not the plain 0, for which Numba would compile callees once more."""
+
 SEGMENTS = 1024
 """Segments of a ray that are collected before they are processed."""
 

@@ -47,6 +47,7 @@ from ..steps import (
     note,
 )
 from .tree import (
+    ROOT,
     SEGMENTS,
     Span,
     child,
@@ -129,7 +130,7 @@ class Best(NamedTuple):
     empty: int
 
 
-@inlined
+@kernel
 def visit_leaf(structure, triangles, ray, number, workspace, log, node, index, enter, leave, best):
     """Test the triangles of a leaf; return the new :class:`Best`."""
     tree = structure.tree
@@ -184,7 +185,7 @@ def depth_first(structure, triangles, ray, number, workspace, log):
     best = Best(np.inf, -1, 0, 0, 0)
     inner, leaves = 0, 0
     limit = ray.t_max
-    node, height = 0, 0
+    node, height = ROOT, ROOT
     searching = span.enter < np.inf
     while searching:
         index = leaf_index(tree, node)
@@ -231,7 +232,7 @@ def walk_segments(structure, triangles, ray, number, workspace, log):
     best = Best(np.inf, -1, 0, 0, 0)
     inner, leaves = 0, 0
     limit = ray.t_max
-    node, height = 0, 0
+    node, height = ROOT, ROOT
     searching = span.enter < np.inf
     while searching:
         # Preprocessing: the tree is left with a list of segments.
@@ -476,7 +477,7 @@ def walk_march(structure, triangles, ray, number, workspace, log):
     inner, leaves = 0, 0
     searching = gate.t < np.inf
     while searching:
-        node, depth = 0, 0
+        node, depth = ROOT, ROOT
         index = leaf_index(tree, node)
         while index < 0:
             inner += 1
@@ -509,7 +510,7 @@ def walk_neighbours(structure, triangles, ray, number, workspace, log):
     note(log, VOLUME_TEST, -1, -1, gate.t, gate.t)
     best = Best(np.inf, -1, 0, 0, 0)
     inner, leaves = 0, 0
-    node, depth = 0, 0
+    node, depth = ROOT, ROOT
     searching = gate.t < np.inf
     while searching:
         index = leaf_index(tree, node)
@@ -553,14 +554,14 @@ def walk_ropes(structure, triangles, ray, number, workspace, log):
     note(log, VOLUME_TEST, -1, -1, gate.t, gate.t)
     best = Best(np.inf, -1, 0, 0, 0)
     inner, leaves = 0, 0
-    node = 0
+    node = ROOT
     searching = gate.t < np.inf
     while searching:
         index = leaf_index(tree, node)
         while index < 0:
             inner += 1
             note(log, VISIT_INNER, node, -1, gate.t, leave_root)
-            node = step_down(tree, node, workspace, 0, gate.t)
+            node = step_down(tree, node, workspace, ROOT, gate.t)
             index = leaf_index(tree, node)
         exit_gate = find_gate(structure.boxes, index, workspace.frame, gate)
         if not exit_gate.clear:
