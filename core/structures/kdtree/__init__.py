@@ -18,7 +18,9 @@ from typing import Any
 import numpy as np
 
 from ...geometry.box import boxes_of
+from ...geometry.rays import ULPS
 from ...geometry.triangle import Triangles, triangles_of
+from ...kernels import call
 from ...memory import refuse_if_too_large
 from ...parallel import core_count
 from ...progress import SILENT, Progress
@@ -35,6 +37,7 @@ from ..subdivision.structure import (
     walk_setting,
 )
 from .builder import ASIDE, LEAF, N_LISTED, N_NODES, Limits, Meter, Work, grow_all
+from .clip import POLYGON_SIZE, add_clipped_areas
 from .sah import SweepPlanes, extract_sweep, start_sweep
 from .static import RULES, StaticPlanes, extract_static, start_static
 from .storage import KdTreeArrays, Piece, store, topology_of
@@ -224,6 +227,28 @@ class KdTree(Subdivision):
         return Cells.sorted_by_depth(
             nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count, {"axis": axis, "split": split}
         )
+
+    def validate(self) -> list[str]:
+        """Check the tree, and that the leaves which list a triangle cover all of it."""
+        violations = super().validate()
+        if violations:
+            return violations
+        tree, nodes, corners = self.arrays.tree, self.topology(), self.triangles.corners
+        leaf_of = np.repeat(np.arange(len(tree.offsets) - 1), np.diff(tree.offsets))
+        areas = np.zeros(len(corners))
+        call(
+            add_clipped_areas, corners, tree.references, leaf_of,
+            np.ascontiguousarray(nodes.boxes[nodes.leaves]), areas,
+            np.empty((2 * POLYGON_SIZE, 3)),
+        )  # fmt: skip
+        edges = corners[:, 1:] - corners[:, :1]
+        whole = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        # Rounding of corners moves edges: a needle's area may be rounding error alone.
+        around = np.linalg.norm(edges, axis=2).sum(axis=1)
+        tolerance = 1e-6 * whole + 64 * ULPS * self.triangles.reach.max() * around
+        if (np.abs(areas - whole) > tolerance).any():
+            violations.append("the leaves that list a triangle do not cover it")
+        return violations
 
 
 STRUCTURE = KdTree

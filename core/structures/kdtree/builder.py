@@ -105,9 +105,9 @@ class Work(NamedTuple):
     cell : (1, 6) float64
         The box of the former.
     straddlers : (n,) int32
-    fresh_positions : (3, k) float64
-    fresh_codes : (3, k) int32
-        Events of the clipped parts: below, above, and room to sort.
+    fresh_positions : (2 n,) float64
+    fresh_codes : (2 n,) int32
+        Events of the clipped parts.
     polygon, bounds : (2 * POLYGON_SIZE, 3), (2, 6) float64
     """
 
@@ -165,8 +165,8 @@ def make_work(n: int, n_lists: int, cell: np.ndarray) -> Work:
         taken=np.empty((3, N_COLUMNS), np.int64),
         cell=np.empty((1, 6)),
         straddlers=np.empty(n, np.int32),
-        fresh_positions=np.empty((3, 2 * n + 1)),
-        fresh_codes=np.empty((3, 2 * n + 1), np.int32),
+        fresh_positions=np.empty(2 * n),
+        fresh_codes=np.empty(2 * n, np.int32),
         polygon=np.empty((2 * POLYGON_SIZE, 3)),
         bounds=np.empty((2, 6)),
     )
@@ -188,7 +188,7 @@ def list_size(planes, n):
 
 
 @dispatched
-def split_cell(planes, work, corners):
+def split_cell(planes, limits, work, corners):
     """Split the candidate in row 0 of `work.taken`, if that is any good.
 
     Writes the children's lists to `work.positions` and `work.codes` from TOP on, the right child's
@@ -269,9 +269,9 @@ def grow(planes, limits, work, corners, allowance):
             state[TOP] = taken[0, BEGIN] + room
             state[N_REFERENCES] = taken[0, REFERENCES]
         axis, position = LEAF, 0.0
-        if n > limits.max_leaf_size and depth < limits.max_depth:
-            if state[N_NODES] + 2 <= limits.budget:
-                axis, position = split_cell(planes, work, corners)
+        may_split = n > limits.max_leaf_size and depth < limits.max_depth
+        if may_split and state[N_NODES] + 2 <= limits.budget:
+            axis, position = split_cell(planes, limits, work, corners)
         work.axis[node] = axis
         work.split[node] = position
         if axis == LEAF:
@@ -377,6 +377,8 @@ def enlarged_work(planes: Any, limits: Limits, work: Work, total: int) -> Work:
     """Return the memory with room to split the next candidate."""
     state = work.state
     n = int(work.candidates[work.first[peek(work.frontier, limits.order)], SIZE])
+    if limits.order != DEPTH_FIRST:
+        close_gaps(planes, work)
     new: dict[str, Any] = {}
 
     def provide(used: int, needed: int, *names: str) -> None:
@@ -399,8 +401,6 @@ def enlarged_work(planes: Any, limits: Limits, work: Work, total: int) -> Work:
     provide(int(state[N_LISTED]), n, "listed")
     provide(int(state[N_REFERENCES]), n, "triangle", "boxes", "side")
     provide(int(state[N_SLOTS]), 2, "candidates", "cells", "free")
-    if limits.order != DEPTH_FIRST:
-        close_gaps(planes, work)
     provide(int(state[TOP]), 2 * list_size(planes, n), "positions", "codes")
     return work._replace(**new)
 

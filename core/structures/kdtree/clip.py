@@ -60,7 +60,7 @@ def clip(corners, triangle, cell, polygon):
 
     `polygon` is (2 * POLYGON_SIZE, 3) scratch; every plane moves the polygon to its other half.
     """
-    first, count = 0, 3
+    first, count = np.int64(0), np.int64(3)  # not literals: one compiled form of keep_side
     for corner in range(3):
         for axis in range(3):
             polygon[corner, axis] = corners[triangle, corner, axis]
@@ -148,3 +148,27 @@ def divide_reference(corners, triangle, cell, axis, position, boxes, low, high, 
             boxes[low, other], boxes[low, 3 + other] = bounds[0, other], bounds[0, 3 + other]
         else:
             boxes[low, 3 + other] = position if is_axis else before_high
+
+
+@kernel
+def add_clipped_areas(corners, references, leaf_of, boxes, areas, polygon):
+    """Add to `areas`, per triangle, the areas of its parts in the leaves that list it.
+
+    Parameters
+    ----------
+    references, leaf_of : (m,) int
+        The triangle and the leaf of each entry.
+    boxes : (n_leaves, 6) float64
+    """
+    for entry in range(len(references)):
+        triangle = references[entry]
+        first, count = clip(corners, triangle, boxes[leaf_of[entry]], polygon)
+        for i in range(first + 1, first + count - 1):
+            area = 0.0
+            for axis in range(3):
+                u, v = (axis + 1) % 3, (axis + 2) % 3
+                eu, ev = polygon[i, u] - polygon[first, u], polygon[i, v] - polygon[first, v]
+                fu = polygon[i + 1, u] - polygon[first, u]
+                fv = polygon[i + 1, v] - polygon[first, v]
+                area += (eu * fv - ev * fu) ** 2
+            areas[triangle] += 0.5 * area**0.5

@@ -69,12 +69,16 @@ class SweepPlanes(NamedTuple):
 
 
 @inlined
-def plane_cost(planes, n_below, n_above, share_below, share_above):
+def inner_cost(planes, n_below, n_above, share_below, share_above):
     """Return the cost of a plane; the shares are SA(L) / SA(V) and SA(R) / SA(V)."""
-    cost = planes.c_trav + planes.c_isect * (share_below * n_below + share_above * n_above)
-    if n_below == 0 or n_above == 0:
-        cost *= planes.keep
-    return cost
+    return planes.c_trav + planes.c_isect * (share_below * n_below + share_above * n_above)
+
+
+@inlined
+def plane_cost(planes, n_below, n_above, share_below, share_above):
+    """Return the cost of a plane, lowered if one side is empty."""
+    cost = inner_cost(planes, n_below, n_above, share_below, share_above)
+    return planes.keep * cost if n_below == 0 or n_above == 0 else cost
 
 
 @kernel
@@ -106,40 +110,56 @@ def sweep(planes, positions, codes, first, count, n, low, high, across, around, 
     planar_below : bool
         Whether the triangles in the plane go below.
     """
-    best_position, best_below = 0.0, True
-    n_below, n_above = 0, n
+    best_position, best_below = np.nan, True
     i, last = np.uint64(first), np.uint64(first + count)
+    # Before the first position and behind the last one there is nothing.
+    here = positions[i]
+    if low < here < high:
+        cost = plane_cost(
+            planes, 0, n, across + around * (here - low), across + around * (high - here)
+        )
+        if cost < best_cost:
+            best_cost, best_position, best_below = cost, here, False
+    n_below, n_above = 0, n
     while i < last:
         kind, here = codes[i] & 3, positions[i]
         i += ONE
-        planar = 0
+        share_below = across + around * (here - low)
+        share_above = across + around * (high - here)
         if kind == PLANAR:
             planar = 1
             while i < last and positions[i] == here and (codes[i] & 3) == PLANAR:
                 planar += 1
                 i += ONE
-            n_above -= planar
-        elif kind == END:
-            n_above -= 1
-        share_below = across + around * (here - low)
-        share_above = across + around * (high - here)
-        cost = plane_cost(planes, n_below + planar, n_above, share_below, share_above)
-        if cost < best_cost or (planar > 0 and cost == best_cost and here == best_position):
-            if low < here < high:
-                best_cost, best_position, best_below = cost, here, kind != END
-        if planar > 0:
-            cost = plane_cost(planes, n_below, n_above + planar, share_below, share_above)
+            cost = inner_cost(planes, n_below, n_above, share_below, share_above)
             if cost < best_cost and low < here < high:
                 best_cost, best_position, best_below = cost, here, False
             n_below += planar
-        elif kind == START:
-            n_below += 1
+            n_above -= planar
+            cost = inner_cost(planes, n_below, n_above, share_below, share_above)
+            if (cost < best_cost or (cost == best_cost and here == best_position)) and (
+                low < here < high
+            ):
+                best_cost, best_position, best_below = cost, here, True
+            continue
+        is_start = kind >> 1
+        n_above -= 1 - is_start
+        cost = inner_cost(planes, n_below, n_above, share_below, share_above)
+        if cost < best_cost and low < here < high:
+            best_cost, best_position, best_below = cost, here, is_start == 1
+        n_below += is_start
+    if low < here < high:
+        cost = plane_cost(
+            planes, n, 0, across + around * (here - low), across + around * (high - here)
+        )
+        if cost < best_cost or (cost == best_cost and here == best_position):
+            best_cost, best_position, best_below = cost, here, True
     return best_cost, best_position, best_below
 
 
 @inlined
 def find_plane(planes, positions, codes, begin, n, events, cell):
-    """Return axis, position, cost and whether planar triangles go below, of the cheapest plane.
+    """Return axis and position of the cheapest plane, and whether planar triangles go below.
 
     The axis is LEAF if no plane inside the cell costs less than a leaf.
 
@@ -170,7 +190,7 @@ def find_plane(planes, positions, codes, begin, n, events, cell):
         )  # fmt: skip
         if cost < best_cost:
             best_axis, best_position, best_cost, best_below = axis, position, cost, below
-    return best_axis, best_position, best_cost, best_below
+    return best_axis, best_position, best_below
 
 
 @inlined
@@ -183,9 +203,11 @@ def classify(positions, codes, begin, count, position, planar_below, sides, stra
         Those on both sides are listed in `straddlers`.
     """
     n_below, n_above, n_both = 0, 0, 0
-    for i in range(begin, begin + count):
+    i, last = np.uint64(begin), np.uint64(begin + count)
+    while i < last:
         code, here = codes[i], positions[i]
-        kind, reference = code & 3, code >> 2
+        kind, reference = code & 3, np.uint64(code) >> TWO
+        i += ONE
         if kind == START:
             if here >= position:
                 sides[reference] = ABOVE
@@ -208,18 +230,24 @@ def classify(positions, codes, begin, count, position, planar_below, sides, stra
     return n_below, n_above, n_both
 
 
-@inlined
-def write_events(boxes, reference, axis, positions, codes, row, count):
-    """Append the events of a reference to a row of the fresh ones; return their new count."""
-    low, high = boxes[reference, axis], boxes[reference, 3 + axis]
-    positions[row, count] = low
-    if low == high:
-        codes[row, count] = 4 * reference + PLANAR
-        return count + 1
-    codes[row, count] = 4 * reference + START
-    positions[row, count + 1] = high
-    codes[row, count + 1] = 4 * reference + END
-    return count + 2
+@kernel
+def write_fresh(boxes, straddlers, first_new, side, count, axis, positions, codes):
+    """Write the events of clipped parts; return their number.
+
+    The parts below have the old references `straddlers`, those above `first_new` and following.
+    """
+    n = 0
+    for i in range(count):
+        reference = straddlers[i] if side == BELOW else first_new + i
+        low, high = boxes[reference, axis], boxes[reference, 3 + axis]
+        positions[n] = low
+        codes[n] = 4 * reference + (START if low < high else PLANAR)
+        n += 1
+        if low < high:
+            positions[n] = high
+            codes[n] = 4 * reference + END
+            n += 1
+    return n
 
 
 @inlined
@@ -228,43 +256,21 @@ def comes_later(position, code, other, other_code):
     return position > other or (position == other and (code & 3) > (other_code & 3))
 
 
-RUN = 16
-"""Length of the pieces that insertion sorts before they are merged."""
-
-
 @kernel
-def sort_fresh(positions, codes, row, count):
-    """Sort `count` events of a row, stably, with row 2 for scratch."""
-    for begin in range(0, count, RUN):
-        for i in range(begin + 1, min(begin + RUN, count)):
-            position, code = positions[row, i], codes[row, i]
+def sort_fresh(positions, codes, count):
+    """Sort events: insertion across ever smaller gaps (Shell), since there are mostly few."""
+    gap = 1
+    while 3 * gap < count:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for i in range(gap, count):
+            position, code = positions[i], codes[i]
             j = i
-            while j > begin and comes_later(
-                positions[row, j - 1], codes[row, j - 1], position, code
-            ):
-                positions[row, j], codes[row, j] = positions[row, j - 1], codes[row, j - 1]
-                j -= 1
-            positions[row, j], codes[row, j] = position, code
-    width = RUN
-    while width < count:
-        for begin in range(0, count, 2 * width):
-            i, j = begin, min(begin + width, count)
-            middle, last = j, min(begin + 2 * width, count)
-            for k in range(begin, last):
-                takes_right = i == middle
-                if i < middle and j < last:
-                    takes_right = comes_later(
-                        positions[row, i], codes[row, i], positions[row, j], codes[row, j]
-                    )
-                source = j if takes_right else i
-                positions[2, k], codes[2, k] = positions[row, source], codes[row, source]
-                if takes_right:
-                    j += 1
-                else:
-                    i += 1
-        for k in range(count):
-            positions[row, k], codes[row, k] = positions[2, k], codes[2, k]
-        width *= 2
+            while j >= gap and comes_later(positions[j - gap], codes[j - gap], position, code):
+                positions[j], codes[j] = positions[j - gap], codes[j - gap]
+                j -= gap
+            positions[j], codes[j] = position, code
+        gap //= 3
 
 
 @kernel
@@ -299,11 +305,11 @@ def divide_events(positions, codes, first, count, sides, below, above):
 
 
 @kernel
-def merge_fresh(positions, codes, begin, count, fresh, fresh_codes, row, n_fresh):
-    """Merge the sorted fresh events of a row into a list, from the back; return its new count."""
+def merge_fresh(positions, codes, begin, count, fresh, fresh_codes, n_fresh):
+    """Merge the sorted fresh events into a list, from the back."""
     kept, new, to = begin + count - 1, n_fresh - 1, begin + count + n_fresh - 1
     while new >= 0:
-        position, code = fresh[row, new], fresh_codes[row, new]
+        position, code = fresh[new], fresh_codes[new]
         while kept >= begin and comes_later(positions[kept], codes[kept], position, code):
             positions[to], codes[to] = positions[kept], codes[kept]
             kept -= 1
@@ -311,7 +317,6 @@ def merge_fresh(positions, codes, begin, count, fresh, fresh_codes, row, n_fresh
         positions[to], codes[to] = position, code
         new -= 1
         to -= 1
-    return count + n_fresh
 
 
 # ------------------------------------------------------------------------ what the builder calls
@@ -327,55 +332,64 @@ def events_at_most(planes, n):
 
 
 @implements(split_cell, SweepPlanes)
-def split_by_sweep(planes, work, corners):
+def split_by_sweep(planes, limits, work, corners):
     """Find the plane, classify, clip, divide the lists."""
-    taken, state = work.taken, work.state
-    positions, codes, boxes = work.positions, work.codes, work.boxes
-    fresh, fresh_codes = work.fresh_positions, work.fresh_codes
+    taken, state, sides = work.taken, work.state, work.side
+    positions, codes, boxes, straddlers = work.positions, work.codes, work.boxes, work.straddlers
     begin, n = taken[0, BEGIN], taken[0, SIZE]
-    axis, position, cost, planar_below = find_plane(
-        planes, positions, codes, begin, n, taken, work.cell
-    )
+    axis, position, planar_below = find_plane(planes, positions, codes, begin, n, taken, work.cell)
     if axis == LEAF:
         return LEAF, 0.0
 
     n_below, n_above, n_both = classify(
         positions, codes, begin + 2 * n * axis, taken[0, EVENTS + axis], position, planar_below,
-        work.side, work.straddlers,
+        sides, straddlers,
     )  # fmt: skip
     first_new = state[N_REFERENCES]
-    for i in range(n_both):
-        low, high = work.straddlers[i], first_new + i
-        work.triangle[high] = work.triangle[low]
-        divide_reference(
-            corners, work.triangle[low], work.cell[0], axis, position, boxes, low, high,
-            work.polygon, work.bounds,
-        )  # fmt: skip
     state[N_REFERENCES] += n_both
+    for i in range(n_both):
+        work.triangle[first_new + i] = work.triangle[straddlers[i]]
     n_below += n_both
     n_above += n_both
-
     taken[2, SIZE], taken[2, BEGIN] = n_above, state[TOP]
     taken[1, SIZE], taken[1, BEGIN] = n_below, state[TOP] + 6 * n_above + 1
     state[TOP] += 6 * (n_above + n_below) + 2
+
+    if max(n_below, n_above) <= limits.max_leaf_size or taken[0, DEPTH] + 1 >= limits.max_depth:
+        # Two leaves need but a list of what is in them, in any order.
+        below, above = taken[1, BEGIN], taken[2, BEGIN]
+        kept_below, kept_above = divide_events(
+            positions, codes, begin, taken[0, EVENTS], sides, below, above
+        )
+        for i in range(n_both):
+            codes[below + kept_below + i] = 4 * straddlers[i] + START
+            codes[above + kept_above + i] = 4 * (first_new + i) + START
+        taken[1, EVENTS], taken[2, EVENTS] = kept_below + n_both, kept_above + n_both
+        return axis, position
+
+    for i in range(n_both):
+        divide_reference(
+            corners, work.triangle[straddlers[i]], work.cell[0], axis, position,
+            boxes, straddlers[i], first_new + i, work.polygon, work.bounds,
+        )  # fmt: skip
+    fresh, fresh_codes = work.fresh_positions, work.fresh_codes
     for other in range(3):
         below, above = taken[1, BEGIN] + 2 * n_below * other, taken[2, BEGIN] + 2 * n_above * other
         kept_below, kept_above = divide_events(
-            positions, codes, begin + 2 * n * other, taken[0, EVENTS + other], work.side,
-            below, above,
-        )  # fmt: skip
-        n_low, n_high = 0, 0
-        for i in range(n_both):
-            n_low = write_events(boxes, work.straddlers[i], other, fresh, fresh_codes, 0, n_low)
-            n_high = write_events(boxes, first_new + i, other, fresh, fresh_codes, 1, n_high)
-        sort_fresh(fresh, fresh_codes, 0, n_low)
-        sort_fresh(fresh, fresh_codes, 1, n_high)
-        taken[1, EVENTS + other] = merge_fresh(
-            positions, codes, below, kept_below, fresh, fresh_codes, 0, n_low
+            positions, codes, begin + 2 * n * other, taken[0, EVENTS + other], sides, below, above
         )
-        taken[2, EVENTS + other] = merge_fresh(
-            positions, codes, above, kept_above, fresh, fresh_codes, 1, n_high
-        )
+        taken[1, EVENTS + other], taken[2, EVENTS + other] = kept_below, kept_above
+        if n_both == 0:
+            continue
+        for side in range(2):
+            list_of_child = taken[1 + side, BEGIN] + 2 * taken[1 + side, SIZE] * other
+            n_fresh = write_fresh(
+                boxes, straddlers, first_new, side, n_both, other, fresh, fresh_codes
+            )
+            sort_fresh(fresh, fresh_codes, n_fresh)
+            kept = taken[1 + side, EVENTS + other]
+            merge_fresh(positions, codes, list_of_child, kept, fresh, fresh_codes, n_fresh)
+            taken[1 + side, EVENTS + other] += n_fresh
     return axis, position
 
 

@@ -43,18 +43,18 @@ class StaticPlanes(NamedTuple):
 
 @kernel
 def select(values, count, rank):
-    """Return the value of a rank among the first `count` of row 0, which is reordered (Hoare)."""
+    """Return the value of a rank among the first `count`, which are reordered (Hoare)."""
     first, last = 0, count - 1
     while first < last:
-        pivot = values[0, (first + last) // 2]
+        pivot = values[(first + last) // 2]
         i, j = first, last
         while i <= j:
-            while values[0, i] < pivot:
+            while values[i] < pivot:
                 i += 1
-            while values[0, j] > pivot:
+            while values[j] > pivot:
                 j -= 1
             if i <= j:
-                values[0, i], values[0, j] = values[0, j], values[0, i]
+                values[i], values[j] = values[j], values[i]
                 i += 1
                 j -= 1
         if rank <= j:
@@ -63,7 +63,7 @@ def select(values, count, rank):
             first = i
         else:
             return pivot
-    return values[0, rank]
+    return values[rank]
 
 
 @inlined
@@ -75,7 +75,7 @@ def plane_along(planes, work, axis, begin, n):
     middles = work.fresh_positions
     for i in range(n):
         reference = work.codes[begin + i]
-        middles[0, i] = 0.5 * work.boxes[reference, axis] + 0.5 * work.boxes[reference, 3 + axis]
+        middles[i] = 0.5 * work.boxes[reference, axis] + 0.5 * work.boxes[reference, 3 + axis]
     return select(middles, n, n // 2)
 
 
@@ -86,7 +86,7 @@ def references_at_most(planes, n):
 
 
 @implements(split_cell, StaticPlanes)
-def split_by_rule(planes, work, corners):
+def split_by_rule(planes, limits, work, corners):
     """Take the first axis whose plane lies inside the cell; sort the references to its sides."""
     taken, state, cell, codes, boxes = work.taken, work.state, work.cell, work.codes, work.boxes
     begin, n = taken[0, BEGIN], taken[0, SIZE]
