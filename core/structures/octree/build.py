@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...errors import InputError
 from ...kernels import call, kernel
 from ...memory import refuse_if_too_large
 from ...progress import Progress
@@ -21,6 +22,10 @@ from .planes import choose_plane
 from .storage import BuiltTree
 
 ADVICE = "lower max_depth or raise max_leaf_size"
+
+MOST_NODES, MOST_REFERENCES = 1 << 25, 1 << 29
+"""Where building gives up, having filled some 4 GiB: where triangles meet in one point, or leaves
+are to hold fewer than do, every level multiplies the cells and helps nobody."""
 
 FINISHED, NEEDS_NODES, NEEDS_ARENA, PAUSED = range(4)
 """Why :func:`subdivide` returns."""
@@ -221,15 +226,24 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
     return tree
 
 
+def refuse_if_too_many(count: int, limit: int, what: str) -> None:
+    """Raise InputError where `count` nodes or references are as many as are handled."""
+    if count >= limit:
+        raise InputError(f"the octree gets more than {limit} {what}; {ADVICE}")
+
+
 def with_room(old: Growing | None, n_nodes: int, n_references: int) -> Growing:
     """Return a growing tree with that much room; the arrays that fit already are kept."""
     if old is not None and n_nodes == len(old.first):
+        refuse_if_too_many(len(old.arena), MOST_REFERENCES, "references")
+        n_references = min(n_references, MOST_REFERENCES)
         refuse_if_too_large(
-            4 * n_references, f"an octree with over {n_references // 2} references", ADVICE
+            4 * n_references, f"an octree with over {len(old.arena)} references", ADVICE
         )
         arena = np.empty(n_references, np.int32)
         arena[: old.used[1]] = old.arena[: old.used[1]]
         return old._replace(arena=arena)
+    refuse_if_too_many(n_nodes // 2, MOST_NODES, "nodes")
     refuse_if_too_large(112 * n_nodes, f"an octree with over {n_nodes // 2} nodes", ADVICE)
     new = Growing(
         np.zeros((n_nodes, 6)), np.zeros((n_nodes, 3)), np.full(n_nodes, -1, np.int32),
