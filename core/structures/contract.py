@@ -129,6 +129,8 @@ class Cells:
     is_leaf : (n,) bool
     count : (n,) int32
         Primitives in a leaf; 0 for inner nodes.
+    extra : dict of str to (n,) array
+        Figures of this structure's cells only, by name.
     """
 
     boxes: np.ndarray
@@ -136,16 +138,23 @@ class Cells:
     depth: np.ndarray
     is_leaf: np.ndarray
     count: np.ndarray
+    extra: dict[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
     def sorted_by_depth(
-        cls, boxes: np.ndarray, depth: np.ndarray, is_leaf: np.ndarray, count: np.ndarray
+        cls,
+        boxes: np.ndarray,
+        depth: np.ndarray,
+        is_leaf: np.ndarray,
+        count: np.ndarray,
+        extra: dict[str, np.ndarray] | None = None,
     ) -> Cells:
         """Order cells numbered 0, 1, ... by depth, so that a depth range is one piece."""
         order = np.argsort(depth, kind="stable").astype(np.int32)
         return cls(
             np.ascontiguousarray(boxes[order]), order, depth[order].astype(np.int32),
             is_leaf[order], count[order].astype(np.int32),
+            {name: values[order] for name, values in (extra or {}).items()},
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -159,6 +168,7 @@ class Cells:
             "is_leaf": self.is_leaf,
             "count": self.count,
             "area": surface_area(self.boxes),
+            **self.extra,
         }
 
 

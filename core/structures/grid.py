@@ -28,8 +28,8 @@ import numpy as np
 
 from ..geometry.box import MISS, boxes_of, enter_box, surface_area
 from ..geometry.rays import ALL, ANY, ULPS
-from ..geometry.triangle import intersect, overlaps_box, triangles_of
-from ..kernels import call, implements, kernel
+from ..geometry.triangle import Triangles, intersect, overlaps_box, triangles_of
+from ..kernels import call, implements, inlined, kernel
 from ..memory import refuse_if_too_large
 from ..parallel import for_chunks
 from ..progress import SILENT, Progress
@@ -149,17 +149,31 @@ class GridArrays(NamedTuple):
 
 # ----------------------------------------------------------------------------------------- build
 
-HAIR = 1e-10
-"""How far below their nominal places the walls lie, as a share of the grid's size.
+BYTES_PER_CELL = 64
+"""Per cell: its offset, and what the figures of all cells take for a moment."""
+
+HAIR = 1e-8
+"""How far below their nominal places the walls lie, as a share of the grid's longest side.
 
 Coordinates like to lie exactly on walls. A hair lower, every wall has such triangles and rays
 clearly above it, farther than rounding can reach, and nearer than any published count could tell.
+"""
+
+TOUCH = 2e-9
+"""How much boxes are widened when they are inserted, as a share of the grid's longest side.
+
+Where a ray passes through the corner of cells, rounding decides which of them it visits; a triangle
+there has to be in all of them. This covers the rounding of rays that start up to a million sides
+away, and is well below a hair.
 """
 
 
 @kernel
 def wall(grid, axis, index):
     """Return the coordinate of the wall below cell `index` along an axis."""
+    if index == grid.resolution[axis]:
+        # The last wall lies a hair above the box, so that the box's own boundary is inside.
+        return grid.box[0, 3 + axis] + (grid.box[0, axis] - grid.origin[axis])
     return grid.origin[axis] + index * grid.cell_size[axis]
 
 
@@ -176,21 +190,27 @@ def cell_at(grid, axis, x):
     return i
 
 
+@inlined
+def number_of(grid, i, j, k):
+    """Return the number of the cell [i, j, k]."""
+    return (i * grid.resolution[1] + j) * grid.resolution[2] + k
+
+
 @kernel
 def insert(
-    grid, corners, boxes, first, last, slack, hair, is_exact, fill, cursor, lo, hi, cell_box
+    grid, corners, boxes, first, last, touch, hair, is_exact, fill, cursor, lo, hi, cell_box
 ):
     """Insert the triangles ``first <= n < last`` into every cell they overlap.
 
-    Boxes are widened by `slack` (3,), the rounding of a walk, and under open overlap lowered at
-    the top by twice the `hair` (3,). Called twice: with `fill` false, ``cursor[c]`` counts the
+    Boxes are widened by `touch` (3,), and under open overlap lowered at the top by twice the `hair`
+    (3,). Called twice: with `fill` false, ``cursor[c]`` counts the
     references of cell c; with `fill` true it is the place of the next one. `lo` and `hi`, (3,)
     int64, and `cell_box`, (6,), are scratch.
     """
     for n in range(first, last):
         for axis in range(3):
-            lo[axis] = cell_at(grid, axis, boxes[n, axis] - slack[axis])
-            hi[axis] = cell_at(grid, axis, boxes[n, 3 + axis] + slack[axis] - 2.0 * hair[axis])
+            lo[axis] = cell_at(grid, axis, boxes[n, axis] - touch[axis])
+            hi[axis] = cell_at(grid, axis, boxes[n, 3 + axis] + touch[axis] - 2.0 * hair[axis])
             # A flat triangle in a wall overlaps neither side openly: it goes to the upper one.
             hi[axis] = max(lo[axis], hi[axis])
         single = lo[0] == hi[0] and lo[1] == hi[1] and lo[2] == hi[2]
@@ -200,42 +220,217 @@ def insert(
                     if is_exact and not single:
                         for axis in range(3):
                             index = i if axis == 0 else j if axis == 1 else k
-                            cell_box[axis] = wall(grid, axis, index) - slack[axis]
-                            cell_box[3 + axis] = wall(grid, axis, index + 1) + slack[axis]
+                            cell_box[axis] = wall(grid, axis, index) - touch[axis]
+                            cell_box[3 + axis] = wall(grid, axis, index + 1) + touch[axis]
                         if not overlaps_box(corners, n, cell_box):
                             continue
-                    cell = (i * grid.resolution[1] + j) * grid.resolution[2] + k
+                    cell = number_of(grid, i, j, k)
                     if fill:
                         grid.references[cursor[cell]] = n
                     cursor[cell] += 1
 
 
+def plan(scene: Scene, settings: GridSettings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the lower and upper corner of the grid and its resolution (float), (3,) each."""
+    size = scene.upper - scene.lower
+    margin = settings.padding * size
+    # A flat scene gets some thickness: a cell of zero volume has no inside to walk through.
+    margin = np.where(size > 0.0, margin, max(settings.padding, 1e-6) * size.max())
+    lower, upper = scene.lower - margin, scene.upper + margin
+    given = np.array(settings.resolution)
+    by_rule = resolution_by_rule(upper - lower, len(scene), settings.rule, settings.density)
+    return lower, upper, np.where(given > 0, given, by_rule)
+
+
+def hair_and_touch(
+    lower: np.ndarray, upper: np.ndarray, scene: Scene
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return HAIR and TOUCH as lengths, (3,) each."""
+    longest = np.full(3, (upper - lower).max())
+    # Far from the origin coordinates are coarse, however small the scene is.
+    rounding = 8 * ULPS * np.maximum(np.abs(scene.lower), np.abs(scene.upper))
+    return HAIR * longest + 4 * rounding, TOUCH * longest + rounding
+
+
+def build_grid(
+    scene: Scene, settings: GridSettings, progress: Progress
+) -> tuple[GridArrays, Triangles]:
+    """Count the references of every cell, turn counts into offsets, fill in the references.
+
+    Raises
+    ------
+    InputError
+        When the references need more memory than there is.
+    Cancelled
+        From `progress`.
+    """
+    lower, upper, wanted = plan(scene, settings)
+    resolution = wanted.astype(np.int64)
+    triangles = triangles_of(scene)
+    boxes = boxes_of(scene.triangles)
+    hair, touch = hair_and_touch(lower, upper, scene)
+    grid = GridArrays(
+        np.concatenate([lower, upper])[None], lower - hair, (upper - lower) / resolution,
+        resolution,
+        np.zeros(int(np.prod(wanted)) + 1, dtype=np.int64), np.zeros(0, dtype=np.int32),
+        settings.mailbox,
+    )  # fmt: skip
+    is_open = settings.overlap == "open"
+    how = (touch, hair * is_open, settings.assignment == "exact")
+    scratch = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64), np.empty(6)
+
+    def insert_all(fill: bool, cursor: np.ndarray, text: str) -> None:
+        def insert_some(first: int, last: int) -> None:
+            call(
+                insert, grid, triangles.corners, boxes, first, last, *how, fill, cursor,
+                *scratch,
+            )  # fmt: skip
+
+        # One thread: threads would meet at the cursors of cells.
+        for_chunks(insert_some, len(scene), 1, progress, text)
+
+    insert_all(False, grid.offsets[1:], "Grid: counting references")
+    np.cumsum(grid.offsets, out=grid.offsets)
+    n_references = int(grid.offsets[-1])
+    refuse_if_too_large(
+        4 * n_references, f"a grid with {n_references} references", "lower the resolution"
+    )
+    grid = grid._replace(references=np.empty(n_references, dtype=np.int32))
+    insert_all(True, grid.offsets[:-1].copy(), "Grid: filling cells")
+    return grid, triangles
+
+
 # ------------------------------------------------------------------------------------------ walk
 
 
+class Place(NamedTuple):
+    """Where a walk is: its cell, and the t at which it would leave that cell along each axis.
+
+    The lecture's [i, j, k] and Lx, Ly, Lz, the latter counted from the ray's origin.
+    """
+
+    i: int
+    j: int
+    k: int
+    wall_x: float
+    wall_y: float
+    wall_z: float
+
+
 @kernel
-def start_cell(grid, axis, o, d, inverse, t):
+def wall_t(grid, axis, i, low, high, inverse):
+    """Return the t at which the ray leaves cell i of one axis, inf if it never does.
+
+    `low` and `high` are the ray's origin moved by its slack, so that this is the earliest t the
+    crossing can have: what lies behind the wall is not hit before it. Rounding is monotonic: from
+    one cell to the next, this t never falls.
+    """
+    if abs(inverse) == np.inf:
+        return np.inf
+    if inverse > 0.0:
+        return (wall(grid, axis, i + 1) - low) * inverse
+    return (wall(grid, axis, i) - high) * inverse
+
+
+@kernel
+def start_cell(grid, axis, low, high, d, inverse, t):
     """Return the cell along one axis where the ray is at t, consistent with :func:`wall_t`."""
-    i = cell_at(grid, axis, o + t * d)
-    if d == 0.0:
+    i = cell_at(grid, axis, (low if d > 0.0 else high) + t * d)
+    if abs(inverse) == np.inf:
         return i
     last = grid.resolution[axis] - 1
     step = 1 if d > 0.0 else -1
-    while 0 <= i + step <= last and wall_t(grid, axis, i, o, d, inverse) < t:
+    while 0 <= i + step <= last and wall_t(grid, axis, i, low, high, inverse) < t:
         i += step
-    while 0 <= i - step <= last and wall_t(grid, axis, i - step, o, d, inverse) > t:
+    while 0 <= i - step <= last and wall_t(grid, axis, i - step, low, high, inverse) > t:
         i -= step
     return i
 
 
-@kernel
-def wall_t(grid, axis, i, o, d, inverse):
-    """Return the t at which the ray leaves cell i of one axis, inf if it never does."""
-    if d > 0.0:
-        return (wall(grid, axis, i + 1) - o) * inverse
-    if d < 0.0:
-        return (wall(grid, axis, i) - o) * inverse
-    return np.inf
+@inlined
+def place_in(grid, ray, i, j, k):
+    """Return the place of a walk in cell [i, j, k]."""
+    return Place(
+        i, j, k,
+        wall_t(grid, 0, i, ray.low_x, ray.high_x, ray.ix),
+        wall_t(grid, 1, j, ray.low_y, ray.high_y, ray.iy),
+        wall_t(grid, 2, k, ray.low_z, ray.high_z, ray.iz),
+    )  # fmt: skip
+
+
+@inlined
+def first_place(grid, ray, t):
+    """Return the place of a walk that enters the grid at t."""
+    return place_in(
+        grid, ray,
+        start_cell(grid, 0, ray.low_x, ray.high_x, ray.dx, ray.ix, t),
+        start_cell(grid, 1, ray.low_y, ray.high_y, ray.dy, ray.iy, t),
+        start_cell(grid, 2, ray.low_z, ray.high_z, ray.dz, ray.iz, t),
+    )  # fmt: skip
+
+
+@inlined
+def next_place(grid, ray, place, t_exit):
+    """Return the place behind the wall that is crossed at `t_exit`, of several the first axis's."""
+    i, j, k, wall_x, wall_y, wall_z = place
+    if wall_x == t_exit:
+        i += 1 if ray.dx > 0.0 else -1
+        wall_x = wall_t(grid, 0, i, ray.low_x, ray.high_x, ray.ix)
+    elif wall_y == t_exit:
+        j += 1 if ray.dy > 0.0 else -1
+        wall_y = wall_t(grid, 1, j, ray.low_y, ray.high_y, ray.iy)
+    else:
+        k += 1 if ray.dz > 0.0 else -1
+        wall_z = wall_t(grid, 2, k, ray.low_z, ray.high_z, ray.iz)
+    return Place(i, j, k, wall_x, wall_y, wall_z)
+
+
+@inlined
+def is_inside(grid, place):
+    """Say whether a place is in the grid."""
+    nx, ny, nz = grid.resolution[0], grid.resolution[1], grid.resolution[2]
+    return 0 <= place.i < nx and 0 <= place.j < ny and 0 <= place.k < nz
+
+
+@inlined
+def test_cell(grid, triangles, ray, number, workspace, log, cell, t, t_exit, best_t, best):
+    """Test the triangles of a cell that the ray is in from t to `t_exit`.
+
+    Returns
+    -------
+    best_t, best : float, int
+        The nearest hit so far, of those given and those found.
+    tests, mailbox_hits : int
+        In this cell.
+    """
+    tests, mailbox_hits = 0, 0
+    for slot in range(grid.offsets[cell], grid.offsets[cell + 1]):
+        n = grid.references[slot]
+        if grid.mailbox:
+            if workspace.mailbox[n] == number:
+                mailbox_hits += 1
+                note(log, MAILBOX, cell, n, t, t_exit)
+                continue
+            workspace.mailbox[n] = number
+        hit_t = intersect(triangles, n, ray)
+        tests += 1
+        note(log, TEST, cell, n, hit_t, hit_t)
+        if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
+            best_t, best = hit_t, n
+            note(log, HIT if hit_t <= t_exit else POSTPONE, cell, n, hit_t, hit_t)
+    return best_t, best, tests, mailbox_hits
+
+
+@inlined
+def is_over(ray, t_exit, best_t, best):
+    """Say whether a walk ends in the cell that it would leave at `t_exit`."""
+    if ray.query == ANY and best >= 0:
+        return True
+    # The hit must lie in the current cell. One exactly on the wall waits for the next cell,
+    # which may hold a triangle of lower id at the same t.
+    if ray.query != ALL and best_t < t_exit:
+        return True
+    return t_exit > ray.t_max or t_exit == np.inf
 
 
 @implements(walk, GridArrays)
@@ -249,69 +444,27 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
     if t == MISS:
         return Found(best_t, best, 0, 0, 0, 0, 1, 0)
 
-    nx, ny, nz = structure.resolution[0], structure.resolution[1], structure.resolution[2]
-    i = start_cell(structure, 0, ray.ox, ray.dx, ray.ix, t)
-    j = start_cell(structure, 1, ray.oy, ray.dy, ray.iy, t)
-    k = start_cell(structure, 2, ray.oz, ray.dz, ray.iz, t)
-    step_x = 1 if ray.dx > 0.0 else -1
-    step_y = 1 if ray.dy > 0.0 else -1
-    step_z = 1 if ray.dz > 0.0 else -1
-    # t at the next wall of each system of parallel walls: the lecture's Lx, Ly, Lz.
-    wall_x = wall_t(structure, 0, i, ray.ox, ray.dx, ray.ix)
-    wall_y = wall_t(structure, 1, j, ray.oy, ray.dy, ray.iy)
-    wall_z = wall_t(structure, 2, k, ray.oz, ray.dz, ray.iz)
-
+    place = first_place(structure, ray, t)
     while True:
-        t_exit = min(wall_x, wall_y, wall_z)
-        cell = (i * ny + j) * nz + k
-        begin, end = structure.offsets[cell], structure.offsets[cell + 1]
+        cell = number_of(structure, place.i, place.j, place.k)
+        t_exit = min(place.wall_x, place.wall_y, place.wall_z)
         cells_visited += 1
-        if begin == end:
+        if structure.offsets[cell] == structure.offsets[cell + 1]:
             empty_visited += 1
             note(log, VISIT_EMPTY, cell, -1, t, t_exit)
         else:
             note(log, VISIT_LEAF, cell, -1, t, t_exit)
-
-        for slot in range(begin, end):
-            n = structure.references[slot]
-            if structure.mailbox:
-                if workspace.mailbox[n] == number:
-                    mailbox_hits += 1
-                    note(log, MAILBOX, cell, n, t, t_exit)
-                    continue
-                workspace.mailbox[n] = number
-            hit_t = intersect(triangles, n, ray)
-            tests += 1
-            note(log, TEST, cell, n, hit_t, hit_t)
-            if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
-                best_t, best = hit_t, n
-                note(log, HIT if hit_t <= t_exit else POSTPONE, cell, n, hit_t, hit_t)
-
-        # The hit must lie in the current cell. One exactly on the wall waits for the next cell,
-        # which may hold a triangle of lower id at the same t.
-        if ray.query == ANY and best >= 0:
+            best_t, best, tested, known = test_cell(
+                structure, triangles, ray, number, workspace, log, cell, t, t_exit, best_t, best
+            )
+            tests += tested
+            mailbox_hits += known
+        if is_over(ray, t_exit, best_t, best):
             break
-        if ray.query != ALL and best_t < t_exit:
-            break
-        if t_exit > ray.t_max:
-            break
-
         t = t_exit
-        if wall_x == t_exit:
-            i += step_x
-            if i < 0 or i == nx:
-                break
-            wall_x = wall_t(structure, 0, i, ray.ox, ray.dx, ray.ix)
-        elif wall_y == t_exit:
-            j += step_y
-            if j < 0 or j == ny:
-                break
-            wall_y = wall_t(structure, 1, j, ray.oy, ray.dy, ray.iy)
-        else:
-            k += step_z
-            if k < 0 or k == nz:
-                break
-            wall_z = wall_t(structure, 2, k, ray.oz, ray.dz, ray.iz)
+        place = next_place(structure, ray, place, t_exit)
+        if not is_inside(structure, place):
+            break
 
     return Found(
         best_t, best, cells_visited, cells_visited, empty_visited, tests, 1, mailbox_hits
@@ -337,62 +490,22 @@ class Grid(Structure):
         return self.settings.mailbox
 
     @classmethod
+    def refuse_too_large(cls, scene: Scene, settings: GridSettings) -> None:
+        """Refuse a resolution whose cells do not fit, with the arrays their figures need."""
+        _, _, resolution = plan(scene, settings)
+        n_cells = float(np.prod(resolution))
+        words = "x".join(f"{n:.0f}" for n in resolution)
+        refuse_if_too_large(
+            int(BYTES_PER_CELL * n_cells),
+            f"a grid of {words} = {n_cells:.3g} cells",
+            "lower the resolution",
+        )
+
+    @classmethod
     def build(cls, scene: Scene, settings: GridSettings, progress: Progress = SILENT) -> Grid:
-        """Count the references of every cell, turn counts into offsets, fill in the references."""
-        size = scene.upper - scene.lower
-        margin = settings.padding * size
-        # A flat scene gets some thickness: a cell of zero volume has no inside to walk through.
-        margin = np.where(size > 0.0, margin, max(settings.padding, 1e-6) * size.max())
-        lower, upper = scene.lower - margin, scene.upper + margin
-        given = np.array(settings.resolution)
-        by_rule = resolution_by_rule(upper - lower, len(scene), settings.rule, settings.density)
-        wanted = np.where(given > 0, given, by_rule)
-        n_cells = float(np.prod(wanted))
-        words = "x".join(f"{n:.0f}" for n in wanted)
-        refuse_if_too_large(
-            int(16 * n_cells), f"a grid of {words} = {n_cells:.3g} cells", "lower the resolution"
-        )
-        resolution = wanted.astype(np.int64)
-        triangles = triangles_of(scene)
-        boxes = boxes_of(scene.triangles)
-        hair = HAIR * (upper - lower)
-        grid = GridArrays(
-            np.concatenate([lower, upper])[None], lower - hair, (upper - lower) / resolution,
-            resolution,
-            np.zeros(int(n_cells) + 1, dtype=np.int64), np.zeros(0, dtype=np.int32),
-            settings.mailbox,
-        )  # fmt: skip
-        is_open = settings.overlap == "open"
-        how = (
-            cls._slack(triangles.reach), hair * is_open, settings.assignment == "exact",
-        )  # fmt: skip
-
-        scratch = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64), np.empty(6)
-
-        def insert_all(fill: bool, cursor: np.ndarray, text: str) -> None:
-            def insert_some(first: int, last: int) -> None:
-                call(
-                    insert, grid, triangles.corners, boxes, first, last, *how, fill, cursor,
-                    *scratch,
-                )  # fmt: skip
-
-            # One thread: threads would meet at the cursors of cells.
-            for_chunks(insert_some, len(scene), 1, progress, text)
-
-        insert_all(False, grid.offsets[1:], "Grid: counting references")
-        np.cumsum(grid.offsets, out=grid.offsets)
-        n_references = int(grid.offsets[-1])
-        refuse_if_too_large(
-            4 * n_references, f"a grid with {n_references} references", "lower the resolution"
-        )
-        grid = grid._replace(references=np.empty(n_references, dtype=np.int32))
-        insert_all(True, grid.offsets[:-1].copy(), "Grid: filling cells")
-        return cls(scene, settings, grid, triangles)
-
-    @staticmethod
-    def _slack(reach: np.ndarray) -> np.ndarray:
-        """Return the rounding (3,) of a walk's coordinates, in scenes that reach that far."""
-        return 4 * ULPS * reach
+        """Cut the scene's box into cells and list what overlaps each."""
+        cls.refuse_too_large(scene, settings)
+        return cls(scene, settings, *build_grid(scene, settings, progress))
 
     def _counts(self) -> np.ndarray:
         """Return the references per cell, (n_cells,) int64."""
@@ -403,7 +516,7 @@ class Grid(Structure):
         box, size, resolution = self.arrays.box, self.arrays.cell_size, self.arrays.resolution
         counts = self._counts()
         refuse_if_too_large(
-            len(counts) * 160, f"drawing {len(counts)} cells", "lower the resolution"
+            len(counts) * 160, f"listing {len(counts)} cells", "lower the resolution"
         )
         index = np.stack(np.unravel_index(np.arange(len(counts)), tuple(resolution)), axis=1)
         lower = box[0, :3] + index * size
@@ -426,7 +539,10 @@ class Grid(Structure):
         )  # fmt: skip
 
     def validate(self) -> list[str]:
-        """Check the lists, and that every triangle is in the cells of its corners."""
+        """Check the lists, and that every cell lists what overlaps it.
+
+        With exact assignment the latter is checked at the triangles' corners only.
+        """
         violations = []
         offsets, references = self.arrays.offsets, self.arrays.references
         if offsets[0] != 0 or offsets[-1] != len(references) or (np.diff(offsets) < 0).any():
@@ -438,16 +554,52 @@ class Grid(Structure):
         same = cell_of[1:] == cell_of[:-1]
         if (np.diff(references)[same] <= 0).any():
             violations.append("a cell lists a triangle twice or out of order")
-        boxes = boxes_of(self.scene.triangles)[references]
-        cells = self.cells().boxes[cell_of]
-        size = self.arrays.box[0, 3:] - self.arrays.box[0, :3]
-        tolerance = 2 * (HAIR * size + self._slack(self.triangles.reach))
-        apart = (boxes[:, :3] > cells[:, 3:] + tolerance) | (
-            boxes[:, 3:] < cells[:, :3] - tolerance
-        )
-        if apart.any():
+        low, high = self._spans()
+        i, j, k = np.unravel_index(cell_of, tuple(self.arrays.resolution))
+        index = np.stack([i, j, k], axis=1)
+        if (index < low[references]).any() or (index > high[references]).any():
             violations.append("a cell lists a triangle whose box lies outside it")
+        listed = np.bincount(references, minlength=len(self.scene))
+        overlapped = np.prod(high - low + 1, axis=1)
+        if self.settings.assignment == "box" and (listed < overlapped).any():
+            violations.append("a cell does not list a triangle whose box overlaps it")
+        corners = self._cells_of_corners()
+        pairs = corners * len(self.scene) + np.arange(len(self.scene))[:, None]
+        if not np.isin(pairs, cell_of * len(self.scene) + references).all():
+            violations.append("a triangle is not listed by the cell of one of its corners")
         return violations
+
+    def _walls(self, axis: int) -> np.ndarray:
+        """Return the coordinates of all walls of an axis, (n + 1,)."""
+        count = self.arrays.resolution[axis]
+        walls = self.arrays.origin[axis] + np.arange(count + 1) * self.arrays.cell_size[axis]
+        walls[-1] = wall(self.arrays, axis, count)
+        return walls
+
+    def _cells_at(self, axis: int, x: np.ndarray) -> np.ndarray:
+        """Return the cells of coordinates along an axis, found by searching the walls."""
+        found = np.searchsorted(self._walls(axis), x, side="right") - 1
+        return np.clip(found, 0, self.arrays.resolution[axis] - 1)
+
+    def _spans(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the first and last cell per axis that each triangle's box overlaps, (n, 3)."""
+        boxes = boxes_of(self.scene.triangles)
+        box = self.arrays.box[0]
+        hair, touch = hair_and_touch(box[:3], box[3:], self.scene)
+        low = np.stack([self._cells_at(a, boxes[:, a] - touch[a]) for a in range(3)], axis=1)
+        top = boxes[:, 3:] + touch - 2.0 * hair * (self.settings.overlap == "open")
+        high = np.stack([self._cells_at(a, top[:, a]) for a in range(3)], axis=1)
+        return low, np.maximum(low, high)
+
+    def _cells_of_corners(self) -> np.ndarray:
+        """Return the cell of every triangle's corners, (n, 3), within the span of its box."""
+        low, high = self._spans()
+        index = np.stack(
+            [self._cells_at(axis, self.scene.triangles[:, :, axis]) for axis in range(3)], axis=2
+        )
+        index = np.clip(index, low[:, None], high[:, None])
+        _, ny, nz = self.arrays.resolution
+        return (index[..., 0] * ny + index[..., 1]) * nz + index[..., 2]
 
 
 STRUCTURE = Grid
