@@ -333,18 +333,42 @@ def wall_t(grid, axis, i, low, high, inverse):
 
 
 @kernel
-def start_cell(grid, axis, low, high, d, inverse, t):
-    """Return the cell along one axis where the ray is at t, consistent with :func:`wall_t`."""
-    i = cell_at(grid, axis, (low if d > 0.0 else high) + t * d)
-    if abs(inverse) == np.inf:
-        return i
-    last = grid.resolution[axis] - 1
+def cell_when(grid, axis, first, last, low, high, d, inverse, t, with_ties):
+    """Return the cell along one axis that a walk is in at t, consistent with :func:`wall_t`.
+
+    Parameters
+    ----------
+    first, last : int
+        The cells it can be in, in the order in which the ray passes them.
+    low, high : float
+        The ray's origin as :func:`wall_t` takes it.
+    with_ties : bool
+        Whether a wall that is crossed at this very t has been crossed already.
+    """
     step = 1 if d > 0.0 else -1
-    while 0 <= i + step <= last and wall_t(grid, axis, i, low, high, inverse) < t:
+    # The point at t is rounded, the t of walls decide: begin one cell before it ...
+    position = ((low if d > 0.0 else high) + t * d - grid.origin[axis]) / grid.cell_size[axis]
+    i = int(min(max(position - step, min(first, last) + 0.0), max(first, last) + 0.0))
+    # ... or at the very first, where cells are so small or far that this is beyond the goal.
+    if i != first and wall_t(grid, axis, i - step, low, high, inverse) >= t:
+        i = first
+    while i != last:
+        crossing = wall_t(grid, axis, i, low, high, inverse)
+        if crossing > t or (crossing == t and not with_ties):
+            break
         i += step
-    while 0 <= i - step <= last and wall_t(grid, axis, i - step, low, high, inverse) > t:
-        i -= step
     return i
+
+
+@kernel
+def start_cell(grid, axis, low, high, d, inverse, t):
+    """Return the cell along one axis in which a ray enters the grid at t."""
+    if abs(inverse) == np.inf:
+        return cell_at(grid, axis, high)
+    last = grid.resolution[axis] - 1
+    if d > 0.0:
+        return cell_when(grid, axis, 0, last, low, high, d, inverse, t, False)
+    return cell_when(grid, axis, last, 0, low, high, d, inverse, t, False)
 
 
 @inlined
@@ -405,7 +429,7 @@ def test_cell(grid, triangles, ray, number, workspace, log, cell, t, t_exit, bes
     """
     tests, mailbox_hits = 0, 0
     for slot in range(grid.offsets[cell], grid.offsets[cell + 1]):
-        n = grid.references[slot]
+        n = np.int64(grid.references[slot])  # one type of it for all that take it
         if grid.mailbox:
             if workspace.mailbox[n] == number:
                 mailbox_hits += 1

@@ -20,7 +20,7 @@ The cells with triangles that a ray meets, and all of its hits, are those of the
 bit. That walk crosses walls in the order of their t, of several at the same t first that in x, then
 in y, then in z. So the first wall of the skipped box in this order is the wall it leaves through,
 and along each other axis the new cell is the one whose walls before it come earlier in this order
-and whose next wall comes later; see :func:`cell_after`.
+and whose next wall comes later; see :func:`skip`.
 
 M. Šrámek, A. Kaufman: Fast Ray-Tracing of Rectilinear Volume Data Using Distance Transforms, IEEE
 Transactions on Visualization and Computer Graphics 6(3), 2000.
@@ -47,8 +47,8 @@ from .contract import Cells, Found, Statistics, walk
 from .grid import (
     Grid,
     GridSettings,
-    Place,
     build_grid,
+    cell_when,
     first_place,
     is_inside,
     is_over,
@@ -56,7 +56,6 @@ from .grid import (
     number_of,
     place_in,
     test_cell,
-    wall_t,
 )
 from .steps import VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, Steps, note
 
@@ -187,43 +186,6 @@ def measure_distances(
 
 
 @inlined
-def cell_after(grid, axis, first, last, low, high, d, inverse, t, with_ties):
-    """Return where the plain walk is along an axis when it crosses another axis's wall.
-
-    Parameters
-    ----------
-    first, last : int
-        Cells along this axis: where the walk is, and the last one that it can have reached.
-    t : float
-        Where the other wall is crossed.
-    with_ties : bool
-        Whether walls of this axis at the same t are crossed before.
-
-    Returns
-    -------
-    i : int
-        The cell.
-    next_wall : float
-        The t of its wall that comes next.
-    """
-    step = 1 if inverse > 0.0 else -1
-    position = ((low if d > 0.0 else high) + t * d - grid.origin[axis]) / grid.cell_size[axis]
-    i = int(min(max(position, min(first, last) + 0.0), max(first, last) + 0.0))
-    next_wall = wall_t(grid, axis, i, low, high, inverse)
-    # The point is rounded; the t of the walls decide.
-    while i != last and (next_wall < t or (next_wall == t and with_ties)):
-        i += step
-        next_wall = wall_t(grid, axis, i, low, high, inverse)
-    while i != first:
-        wall_before = wall_t(grid, axis, i - step, low, high, inverse)
-        if wall_before < t or (wall_before == t and with_ties):
-            break
-        i -= step
-        next_wall = wall_before
-    return i, next_wall
-
-
-@inlined
 def far_place(grid, ray, place, distance):
     """Return the place in the last cell of an empty region, through whose walls a ray leaves it."""
     reach = distance - 1
@@ -237,22 +199,18 @@ def far_place(grid, ray, place, distance):
 @inlined
 def skip(grid, ray, place, far, t_exit):
     """Return the place behind the wall through which a ray leaves an empty region at `t_exit`."""
-    i, j, k, wall_x, wall_y, wall_z = far
+    i, j, k = far.i, far.j, far.k
     through_x = far.wall_x == t_exit
     through_y = far.wall_y == t_exit and not through_x
     if not through_x:
-        i, wall_x = cell_after(
-            grid, 0, place.i, i, ray.low_x, ray.high_x, ray.dx, ray.ix, t_exit, True
-        )
+        i = cell_when(grid, 0, place.i, i, ray.low_x, ray.high_x, ray.dx, ray.ix, t_exit, True)
     if not through_y:
-        j, wall_y = cell_after(
+        j = cell_when(
             grid, 1, place.j, j, ray.low_y, ray.high_y, ray.dy, ray.iy, t_exit, not through_x
         )
     if through_x or through_y:
-        k, wall_z = cell_after(
-            grid, 2, place.k, k, ray.low_z, ray.high_z, ray.dz, ray.iz, t_exit, False
-        )
-    return next_place(grid, ray, Place(i, j, k, wall_x, wall_y, wall_z), t_exit)
+        k = cell_when(grid, 2, place.k, k, ray.low_z, ray.high_z, ray.dz, ray.iz, t_exit, False)
+    return next_place(grid, ray, place_in(grid, ray, i, j, k), t_exit)
 
 
 @implements(walk, MacroGridArrays)

@@ -70,7 +70,7 @@ class KdTreeSettings:
         unset="auto",
     )
     max_leaf_size: int = setting(
-        8,
+        12,
         "Max Leaf Size",
         "A cell with at most these M triangles is not cut",
         unit="triangles",

@@ -28,11 +28,12 @@ RT 2006.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import implements, inlined, kernel
+from ...kernels import call, implements, inlined, kernel
 from .builder import (
     BEGIN,
     DEPTH,
@@ -382,6 +383,8 @@ def split_by_sweep(planes, limits, work, corners):
         if n_both == 0:
             continue
         for side in range(2):
+            if taken[1 + side, SIZE] <= limits.max_leaf_size and other > 0:
+                continue  # a leaf needs one list
             list_of_child = taken[1 + side, BEGIN] + 2 * taken[1 + side, SIZE] * other
             n_fresh = write_fresh(
                 boxes, straddlers, first_new, side, n_both, other, fresh, fresh_codes
@@ -409,17 +412,41 @@ def list_of_events(planes, work):
 # -------------------------------------------------------------------------------------- starting
 
 
+@kernel
+def order_kinds(positions, codes, spare):
+    """Bring events of one position into the order of their kinds; `spare` is (n,) int32."""
+    n = len(positions)
+    first = 0
+    while first < n:
+        last = first + 1
+        while last < n and positions[last] == positions[first]:
+            last += 1
+        if last > first + 1:
+            place = first
+            for kind in range(3):
+                for i in range(first, last):
+                    if (codes[i] & 3) == kind:
+                        spare[place] = codes[i]
+                        place += 1
+            for i in range(first, last):
+                codes[i] = spare[i]
+        first = last
+
+
 def events_of(boxes: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     """Return positions and codes of the events of boxes (n, 6) along an axis, sorted."""
     low, high = boxes[:, axis], boxes[:, 3 + axis]
-    reference = np.arange(len(boxes), dtype=np.int32)
+    code = 4 * np.arange(len(boxes), dtype=np.int32)
     flat = low == high
-    positions = np.concatenate([high[~flat], low[flat], low[~flat]]) + 0.0  # no -0.0
-    codes = np.concatenate(
-        [4 * reference[~flat] + END, 4 * reference[flat] + PLANAR, 4 * reference[~flat] + START]
-    )
-    order = np.argsort(positions, kind="stable")
-    return positions[order], codes[order]
+    if flat.any():
+        positions = np.concatenate([high[~flat], low[flat], low[~flat]])
+        codes = np.concatenate([code[~flat] + END, code[flat] + PLANAR, code[~flat] + START])
+    else:
+        positions, codes = np.concatenate([high, low]), np.concatenate([code + END, code + START])
+    order = np.argsort(positions)
+    positions, codes = positions[order], codes[order]
+    call(order_kinds, positions, codes, np.empty_like(codes))
+    return positions, codes
 
 
 def start_sweep(boxes: np.ndarray, cell: np.ndarray) -> Work:
@@ -428,8 +455,9 @@ def start_sweep(boxes: np.ndarray, cell: np.ndarray) -> Work:
     work = make_work(n, 6 * n + 1, cell)
     work.triangle[:n] = np.arange(n)
     work.boxes[:n] = boxes
-    for axis in range(3):
-        positions, codes = events_of(boxes, axis)
+    with ThreadPoolExecutor(3) as pool:
+        lists = list(pool.map(lambda axis: events_of(boxes, axis), range(3)))
+    for axis, (positions, codes) in enumerate(lists):
         begin = 2 * n * axis
         work.positions[begin : begin + len(positions)] = positions
         work.codes[begin : begin + len(codes)] = codes
