@@ -37,6 +37,10 @@ into counting up and down the arrays that all threads share. In return a kernel 
 arrays; scratch memory comes from the caller.
 """
 
+INNER = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""For kernels that only kernels call: without the code that takes their arguments from Python,
+which for a ray's thirty numbers costs more compiling than the kernel itself."""
+
 _cache_root: Path | None = None
 _cache_prepared = False
 _compiled: set[str] = set()
@@ -57,8 +61,17 @@ def kernel(function: Callable) -> Callable:
     return numba.njit(cache=_prepare_cache(), **OPTIONS)(function)
 
 
+def inner(function: Callable) -> Callable:
+    """Like :func:`kernel`, for what only kernels call."""
+    if not HAS_NUMBA:
+        return function
+    import numba
+
+    return numba.njit(cache=_prepare_cache(), **INNER)(function)
+
+
 def inlined(function: Callable) -> Callable:
-    """Like :func:`kernel`, for innermost loops: compiled into every caller instead of called.
+    """Like :func:`inner`, for innermost loops: compiled into every caller instead of called.
 
     A call passes every number of a ray and every field of every array on its own.
     """
@@ -66,7 +79,7 @@ def inlined(function: Callable) -> Callable:
         return function
     import numba
 
-    return numba.njit(cache=_prepare_cache(), forceinline=True, **OPTIONS)(function)
+    return numba.njit(cache=_prepare_cache(), forceinline=True, **INNER)(function)
 
 
 def dispatched(function: Callable) -> Callable:
@@ -97,7 +110,7 @@ def implements(declared: Any, record: type) -> Callable[[Callable], Callable]:
                 is_ours = isinstance(first, types.BaseNamedTuple) and first.instance_class is record
                 return function if is_ours else None
 
-            overload(declared, strict=False, jit_options=OPTIONS)(choose)
+            overload(declared, strict=False, jit_options=INNER)(choose)
         return function
 
     return register

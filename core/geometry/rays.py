@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernels import kernel
+from ..kernels import inner
 
 CLOSEST = 0
 """Query: the nearest hit; of several at the same t the lowest primitive id."""
@@ -172,7 +172,7 @@ class Ray(NamedTuple):
     query: int
 
 
-@kernel
+@inner
 def make_ray(rays, index, reach):
     """Return ray number `index` of the batch; `reach` is the scene's largest |coordinate|, (3,)."""
     o, d, inverse = rays.origins[index], rays.directions[index], rays.inverse[index]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import inlined, kernel
+from ..kernels import inlined, inner
 from ..scene import Scene
 
 NO_HIT = np.inf
@@ -85,7 +85,7 @@ def intersect(triangles, index, ray):
     return clamp_to_own_box(corners, index, ray, t)
 
 
-@kernel
+@inner
 def clamp_to_own_box(corners, index, ray, t):
     """Move t into the slab interval of the triangle's box; NO_HIT if the ray misses that box.
 
@@ -111,13 +111,13 @@ def clamp_to_own_box(corners, index, ray, t):
     return min(max(t, enter), leave)
 
 
-@kernel
+@inner
 def separated(a, b, c, reach):
     """Say whether the interval of a, b, c and the interval [-reach, reach] have no common point."""
     return min(a, b, c) > reach or max(a, b, c) < -reach
 
 
-@kernel
+@inner
 def overlaps_box(corners, index, box):
     """Say whether triangle `index` and the closed box, (6,), share a point.
 

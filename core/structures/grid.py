@@ -29,7 +29,7 @@ import numpy as np
 from ..geometry.box import MISS, boxes_of, enter_box, surface_area
 from ..geometry.rays import ALL, ANY, ULPS
 from ..geometry.triangle import intersect, overlaps_box, triangles_of
-from ..kernels import call, implements, kernel
+from ..kernels import call, implements, inner, kernel
 from ..memory import refuse_if_too_large
 from ..parallel import for_chunks
 from ..progress import SILENT, Progress
@@ -177,7 +177,7 @@ def wall(grid, axis, index):
     return grid.origin[axis] + index * grid.cell_size[axis]
 
 
-@kernel
+@inner
 def cell_at(grid, axis, x):
     """Return the cell along an axis whose walls hold the coordinate x; the nearest if none does."""
     last = grid.resolution[axis] - 1
@@ -227,7 +227,7 @@ def insert(
 # ------------------------------------------------------------------------------------------ walk
 
 
-@kernel
+@inner
 def start_cell(grid, axis, o, d, inverse, t):
     """Return the cell along one axis where the ray is at t, consistent with :func:`wall_t`."""
     i = cell_at(grid, axis, o + t * d)
@@ -242,7 +242,7 @@ def start_cell(grid, axis, o, d, inverse, t):
     return i
 
 
-@kernel
+@inner
 def wall_t(grid, axis, i, o, d, inverse):
     """Return the t at which the ray leaves cell i of one axis, inf if it never does.
 

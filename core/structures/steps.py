@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import kernel
+from ..kernels import inner
 
 VISIT_INNER = 0
 """An inner node is entered (popped)."""
@@ -61,7 +61,7 @@ def make_log(capacity: int) -> Log:
     return Log(np.zeros((capacity, 5)), np.zeros(1, dtype=np.int64))
 
 
-@kernel
+@inner
 def note(log, kind, cell, primitive, t_enter, t_exit):
     """Write an event if there is room; count it if the log has any room at all."""
     capacity = log.rows.shape[0]

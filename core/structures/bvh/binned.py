@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import call, kernel
+from ...kernels import call, inner, kernel
 from ...parallel import core_count
 from ...progress import Progress
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
@@ -56,20 +56,20 @@ def make_scratch(bins: int) -> Scratch:
     )  # fmt: skip
 
 
-@kernel
+@inner
 def area_of(x0, y0, z0, x1, y1, z1):
     """Return the surface area of a box."""
     x, y, z = x1 - x0, y1 - y0, z1 - z0
     return 2.0 * (x * y + y * z + z * x)
 
 
-@kernel
+@inner
 def bin_of(box, axis, low, scale, bins):
     """Return the bin of a triangle's centroid; used alike for counting and for dividing."""
     return min(int((box[axis] + box[3 + axis] - low) * scale), bins - 1)
 
 
-@kernel
+@inner
 def fit(boxes, first, count, out):
     """Write into `out` (12,) the box around boxes, then that around their centroids (doubled)."""
     for axis in range(3):
@@ -85,7 +85,7 @@ def fit(boxes, first, count, out):
         out[6 + axis], out[9 + axis] = low_c, high_c
 
 
-@kernel
+@inner
 def best_split(boxes, first, count, bounds, bins, bin_boxes, bin_counts, right_costs):
     """Return axis, bin and SA(L) N_L + SA(R) N_R of the cheapest of 3 (bins - 1) planes.
 
@@ -152,7 +152,7 @@ def best_split(boxes, first, count, bounds, bins, bin_boxes, bin_counts, right_c
     return best_axis, best_bin, best_cost
 
 
-@kernel
+@inner
 def divide(boxes, order, first, count, axis, last_left, low, scale, bins):
     """Reorder a range so that bins up to `last_left` come first; return how many those are."""
     i, j = first, first + count - 1
@@ -203,7 +203,7 @@ def split_node(tree, boxes, order, node, first, count, depth, rule, scratch):
     return n_left
 
 
-@kernel
+@inner
 def push(stack, height, node, first, count, depth):
     """Remember a node to split."""
     stack[height, 0], stack[height, 1] = node, first
