@@ -231,29 +231,29 @@ def insert(
 def start_cell(grid, axis, o, d, inverse, t):
     """Return the cell along one axis where the ray is at t, consistent with :func:`wall_t`."""
     i = cell_at(grid, axis, o + t * d)
-    if d == 0.0:
+    if np.isinf(inverse):
         return i
     last = grid.resolution[axis] - 1
     step = 1 if d > 0.0 else -1
-    while 0 <= i + step <= last and wall_t(grid, axis, i, o, d, inverse) < t:
+    while 0 <= i + step <= last and wall_t(grid, axis, i, o, inverse) < t:
         i += step
-    while 0 <= i - step <= last and wall_t(grid, axis, i - step, o, d, inverse) > t:
+    while 0 <= i - step <= last and wall_t(grid, axis, i - step, o, inverse) > t:
         i -= step
     return i
 
 
 @inner
-def wall_t(grid, axis, i, o, d, inverse):
+def wall_t(grid, axis, i, o, inverse):
     """Return the t at which the ray leaves cell i of one axis, inf if it never does.
 
     `o` is moved by the ray's slack, so that this is the earliest t the crossing can have: what lies
-    behind the wall is not hit before it.
+    behind the wall is not hit before it. A direction whose inverse overflows crosses no wall.
     """
-    if d > 0.0:
+    if np.isinf(inverse):
+        return np.inf
+    if inverse > 0.0:
         return (wall(grid, axis, i + 1) - o) * inverse
-    if d < 0.0:
-        return (wall(grid, axis, i) - o) * inverse
-    return np.inf
+    return (wall(grid, axis, i) - o) * inverse
 
 
 @implements(walk, GridArrays)
@@ -278,9 +278,9 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
     step_y = 1 if ray.dy > 0.0 else -1
     step_z = 1 if ray.dz > 0.0 else -1
     # t at the next wall of each system of parallel walls: the lecture's Lx, Ly, Lz.
-    wall_x = wall_t(structure, 0, i, ox, ray.dx, ray.ix)
-    wall_y = wall_t(structure, 1, j, oy, ray.dy, ray.iy)
-    wall_z = wall_t(structure, 2, k, oz, ray.dz, ray.iz)
+    wall_x = wall_t(structure, 0, i, ox, ray.ix)
+    wall_y = wall_t(structure, 1, j, oy, ray.iy)
+    wall_z = wall_t(structure, 2, k, oz, ray.iz)
 
     while True:
         t_exit = min(wall_x, wall_y, wall_z)
@@ -322,17 +322,17 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
             i += step_x
             if i < 0 or i == nx:
                 break
-            wall_x = wall_t(structure, 0, i, ox, ray.dx, ray.ix)
+            wall_x = wall_t(structure, 0, i, ox, ray.ix)
         elif wall_y == t_exit:
             j += step_y
             if j < 0 or j == ny:
                 break
-            wall_y = wall_t(structure, 1, j, oy, ray.dy, ray.iy)
+            wall_y = wall_t(structure, 1, j, oy, ray.iy)
         else:
             k += step_z
             if k < 0 or k == nz:
                 break
-            wall_z = wall_t(structure, 2, k, oz, ray.dz, ray.iz)
+            wall_z = wall_t(structure, 2, k, oz, ray.iz)
 
     return Found(
         best_t, best, cells_visited, cells_visited, empty_visited, tests, 1, mailbox_hits

@@ -1,8 +1,10 @@
 """Every structure returns the very bits of brute force, on every ray we can think of."""
 
+import itertools
+
 import numpy as np
 import pytest
-from accelscope.core.geometry.rays import ALL, ANY, CLOSEST
+from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, ULPS, Rays
 
 
 def promised(name, text, names, lab):
@@ -56,3 +58,31 @@ def test_a_ray_that_ends_at_its_hit_has_it_and_one_that_ends_before_has_not(lab,
     for ends in (before, half):
         nearer = hits.t[at] > rays.t_max[ends]  # t may be zero
         assert (hits.primitive[ends][nearer] == -1).all()
+
+
+def test_grid_keeps_rays_whose_inverse_direction_overflows(lab, build, scene_name):
+    """Beside a wall, such a ray gave 0 * inf for the crossing of that wall."""
+    scene = lab.small_scene(scene_name)
+    grid = build("grid", scene, "resolution=6x6x6")
+    reach = np.abs([scene.lower, scene.upper]).max(axis=0)
+    rng = np.random.default_rng(5)
+    origins, directions = [], []
+    for axis in range(3):
+        for place, sign in itertools.product(grid._walls(axis)[1:-1], (1.0, -1.0)):
+            # Origins that the ray's own slack moves exactly onto the wall.
+            o = place - sign * ULPS * (abs(place) + reach[axis])
+            near = o + np.arange(-8, 9) * np.spacing(o)
+            onto = near[near + sign * (ULPS * (np.abs(near) + reach[axis])) == place]
+            for o in onto:
+                start = scene.lower + rng.random((40, 3)) * (scene.upper - scene.lower)
+                toward = rng.normal(size=(40, 3))
+                start -= toward * scene.diagonal
+                start[:, axis], toward[:, axis] = o, sign * 1e-310
+                origins.append(start)
+                directions.append(toward)
+    rays = Rays.from_arrays(np.concatenate(origins), np.concatenate(directions))
+    want, _ = build("naive", scene).trace(rays)
+    got, _ = grid.trace(rays)
+    np.testing.assert_array_equal(got.t, want.t)
+    np.testing.assert_array_equal(got.primitive, want.primitive)
+    assert scene_name == "one" or (want.primitive >= 0).sum() > 20
