@@ -6,6 +6,7 @@ edges of cells are drawn over it: crisp in front of the mesh, faint behind it.
 
 from __future__ import annotations
 
+import dataclasses
 import html
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,19 @@ EDGES = np.array([[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3],
                   [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]])  # fmt: skip
 
 
+def picture_camera(scene: Scene) -> Camera:
+    """Return the scene's own camera, or one that frames the scene; both fill the lower side.
+
+    Own cameras often belong to square pictures: their angle of view is that of the height here,
+    so that nothing they show is cut off.
+    """
+    settings = CameraSettings(width=WIDTH, height=HEIGHT)
+    if scene.camera is None:
+        return camera_of(scene, settings)
+    half = np.arctan(np.tan(np.radians(scene.camera.fov) / 2) * WIDTH / HEIGHT)
+    return camera_of(scene, dataclasses.replace(settings, fov=float(np.degrees(2 * half))))
+
+
 class View:
     """The mesh of a scene seen by its camera: an image and the depth behind every pixel.
 
@@ -48,7 +62,7 @@ class View:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.camera: Camera = camera_of(scene, CameraSettings(width=WIDTH, height=HEIGHT))
+        self.camera = picture_camera(scene)
         self.width, self.height = WIDTH * SUPERSAMPLING, HEIGHT * SUPERSAMPLING
         rays = camera_rays(self.camera, self.width, self.height)
         hits, _ = BVH.build(scene, BVH.Settings()).trace(rays)
