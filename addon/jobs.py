@@ -95,6 +95,13 @@ def running() -> Job | None:
     return _current
 
 
+def keep_waiting(operator: type[bpy.types.Operator]) -> bool:
+    """Say whether a job is under way, and tell the greyed button of `operator` why it is grey."""
+    if _current:
+        operator.poll_message_set("Wait, or press Esc to stop what is running")
+    return _current is not None
+
+
 def cancel() -> None:
     """Cancel the job under way; its operator ends at its next tick."""
     if _current:

@@ -24,8 +24,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if jobs.running():
-            cls.poll_message_set("Wait, or press Esc to stop what is running")
+        if jobs.keep_waiting(cls):
             return False
         scope = extraction.VISIBLE
         if properties.is_loaded():

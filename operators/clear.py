@@ -15,8 +15,7 @@ class ACCELSCOPE_OT_clear(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if jobs.running():
-            cls.poll_message_set("Wait, or press Esc to stop what is running")
+        if jobs.keep_waiting(cls):
             return False
         if session.current.built is None:
             cls.poll_message_set("There is nothing to clear")

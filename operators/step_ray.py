@@ -18,8 +18,7 @@ class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if jobs.running():
-            cls.poll_message_set("Wait, or press Esc to stop what is running")
+        if jobs.keep_waiting(cls):
             return False
         if session.current.traced is None:
             cls.poll_message_set("Trace rays first")

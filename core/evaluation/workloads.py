@@ -51,34 +51,25 @@ class Workload(ABC):
 # --------------------------------------------------------------------------------------- camera
 
 
+def vector(label: str, description: str) -> Any:
+    """Declare a point or direction that is left to the scene where it is zero."""
+    return setting(
+        (0.0, 0.0, 0.0), label, description, minimum=-1e15, maximum=1e15, unset="auto"
+    )  # fmt: skip
+
+
 @dataclass(frozen=True)
 class CameraSettings:
     """Settings of the pinhole camera."""
 
-    from_: tuple[float, float, float] = setting(
-        (0.0, 0.0, 0.0),
+    from_: tuple[float, float, float] = vector(
         "From",
         "Where the camera stands; equal to At, the scene's own camera is used, or one that "
         "frames the scene",
-        minimum=-1e15,
-        maximum=1e15,
-        unset="auto",
     )
-    at: tuple[float, float, float] = setting(
-        (0.0, 0.0, 0.0),
-        "At",
-        "What the camera looks at",
-        minimum=-1e15,
-        maximum=1e15,
-        unset="auto",
-    )
-    up: tuple[float, float, float] = setting(
-        (0.0, 0.0, 0.0),
-        "Up",
-        "Which way is up; 0 takes the scene's own camera's, or z",
-        minimum=-1e15,
-        maximum=1e15,
-        unset="auto",
+    at: tuple[float, float, float] = vector("At", "What the camera looks at")
+    up: tuple[float, float, float] = vector(
+        "Up", "Which way is up; 0 takes the scene's own camera's, or z"
     )
     fov: float = setting(
         0.0,
