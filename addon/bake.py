@@ -14,7 +14,7 @@ from .overlay import colour_maximum, coloured_by_count, visible
 from .overlay_shader import EDGES, EMPTY_OPACITY, UNIT_CORNERS
 
 if TYPE_CHECKING:  # only the type: its module brings Numba in
-    from ..core.structures.contract import Cells
+    from ..core.structures.cells import Cells
 
 COLLECTION = "AccelScope"
 

@@ -19,7 +19,7 @@ import numpy as np
 from . import overlay_shader
 
 if TYPE_CHECKING:  # only the type: its module brings Numba in
-    from ..core.structures.contract import Cells
+    from ..core.structures.cells import Cells
 
 MAXIMUM_DRAWN = 500_000
 """Cells drawn at most; of more, leaves come first, then inner nodes, then the shallow ones."""

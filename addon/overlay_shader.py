@@ -16,7 +16,7 @@ import numpy as np
 from ..core.colours import INNER_COLOUR, ramp
 
 if TYPE_CHECKING:  # only the type: its module brings Numba in
-    from ..core.structures.contract import Cells
+    from ..core.structures.cells import Cells
 
 TEXTURE_WIDTH = 4096
 """Texels in a row of the texture of boxes; even, and within the limits of every graphics card."""

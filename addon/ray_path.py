@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core.geometry.rays import Rays
 from ..core.scene import Scene
-from ..core.structures.contract import Cells
+from ..core.structures.cells import Cells
 from ..core.structures.steps import HIT, POSTPONE, TEST, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF, Steps
 
 HIT_COLOUR = (1.0, 0.85, 0.1, 1.0)

@@ -21,7 +21,7 @@ from .snapshot import Snapshot
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ..core.evaluation.experiment import Built, Traced
-    from ..core.structures.contract import Cells
+    from ..core.structures.cells import Cells
     from ..core.structures.steps import Steps
 
 

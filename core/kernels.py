@@ -62,7 +62,10 @@ def kernel(function: Callable) -> Callable:
 
 
 def inner(function: Callable) -> Callable:
-    """Like :func:`kernel`, for what only kernels call."""
+    """Like :func:`kernel`, for what only kernels call; called from Python it would crash.
+
+    A test takes its ``py_func``.
+    """
     if not HAS_NUMBA:
         return function
     import numba

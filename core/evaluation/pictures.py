@@ -17,7 +17,8 @@ from ..colours import depth_colours
 from ..scene import Camera, Scene
 from ..settings import to_text
 from ..structures.bvh import BVH
-from ..structures.contract import Cells, Structure
+from ..structures.cells import Cells
+from ..structures.contract import Structure
 from .experiment import Built
 from .png import write_png
 from .report import figures, show_integer, write_text

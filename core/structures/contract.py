@@ -18,7 +18,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..geometry.box import surface_area
 from ..geometry.rays import RayArrays, Rays, make_ray
 from ..geometry.triangle import Triangles
 from ..kernels import call, dispatched, kernel
@@ -27,6 +26,7 @@ from ..parallel import for_chunks
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
+from .cells import Cells
 from .steps import COUNTER_NAMES, Log, Steps, make_log
 
 STACK_SIZE = 128
@@ -123,53 +123,6 @@ class Counters:
         """Return the mean over all rays, by name."""
         means = self.values.mean(axis=0, dtype=np.float64)
         return dict(zip(COUNTER_NAMES, means.tolist(), strict=True))
-
-
-@dataclass(frozen=True)
-class Cells:
-    """Everything there is to draw: one axis-aligned box per cell or node.
-
-    Attributes
-    ----------
-    boxes : (n, 6) float64
-        ``[x0, y0, z0, x1, y1, z1]``
-    numbers : (n,) int32
-        The number by which the step log names the cell. Cells are sorted by depth.
-    depth : (n,) int32
-    is_leaf : (n,) bool
-    count : (n,) int32
-        Primitives in a leaf; 0 for inner nodes.
-    """
-
-    boxes: np.ndarray
-    numbers: np.ndarray
-    depth: np.ndarray
-    is_leaf: np.ndarray
-    count: np.ndarray
-
-    @classmethod
-    def sorted_by_depth(
-        cls, boxes: np.ndarray, depth: np.ndarray, is_leaf: np.ndarray, count: np.ndarray
-    ) -> Cells:
-        """Order cells numbered 0, 1, ... by depth, so that a depth range is one piece."""
-        order = np.argsort(depth, kind="stable").astype(np.int32)
-        return cls(
-            np.ascontiguousarray(boxes[order]), order, depth[order].astype(np.int32),
-            is_leaf[order], count[order].astype(np.int32),
-        )  # fmt: skip
-
-    def __len__(self) -> int:
-        return len(self.boxes)
-
-    def attributes(self) -> dict[str, np.ndarray]:
-        """Return the per-cell figures by name, to colour and to export."""
-        return {
-            "number": self.numbers,
-            "depth": self.depth,
-            "is_leaf": self.is_leaf,
-            "count": self.count,
-            "area": surface_area(self.boxes),
-        }
 
 
 @dataclass(frozen=True)
@@ -376,6 +329,20 @@ class Structure(abc.ABC):
     @abc.abstractmethod
     def validate(self) -> list[str]:
         """Return the violated invariants, one sentence each; empty for a sound structure."""
+
+    def links(self, number: int) -> np.ndarray:
+        """Return the links of a leaf to its neighbours, to draw: (k, 2, 3), centre to centre.
+
+        None unless the structure knows neighbours.
+        """
+        return np.empty((0, 2, 3))
+
+    def region(self, number: int, direction: np.ndarray) -> np.ndarray | None:
+        """Return the box (6,) that a ray of a direction (3,) passes in one step from a cell.
+
+        None where that is the cell itself.
+        """
+        return None
 
     def memory(self) -> int:
         """Return the bytes of the structure's arrays, without the scene's triangles."""

@@ -35,8 +35,8 @@ from ..parallel import for_chunks
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
+from .cells import Cells
 from .contract import (
-    Cells,
     Found,
     Statistics,
     Structure,

@@ -16,8 +16,8 @@ from ..geometry.triangle import Triangles, intersect, triangles_of
 from ..kernels import implements
 from ..progress import SILENT, Progress
 from ..scene import Scene
+from .cells import Cells
 from .contract import (
-    Cells,
     Found,
     Statistics,
     Structure,

@@ -14,23 +14,23 @@ import numpy as np
 
 from ..kernels import inner
 
-VISIT_INNER = 0
+VISIT_INNER = np.int64(0)
 """An inner node is entered (popped)."""
-VISIT_LEAF = 1
+VISIT_LEAF = np.int64(1)
 """A leaf or elementary cell with primitives is entered."""
-VISIT_EMPTY = 2
+VISIT_EMPTY = np.int64(2)
 """An empty leaf or elementary cell is entered."""
-VOLUME_TEST = 3
+VOLUME_TEST = np.int64(3)
 """A bounding volume is tested; t_enter is inf for a miss."""
-TEST = 4
+TEST = np.int64(4)
 """A primitive is tested; t_enter is inf for a miss."""
-MAILBOX = 5
+MAILBOX = np.int64(5)
 """A primitive is skipped: this ray has met it before."""
-HIT = 6
+HIT = np.int64(6)
 """The nearest hit so far changes to this primitive."""
-POSTPONE = 7
+POSTPONE = np.int64(7)
 """The nearest hit lies beyond the current cell: it is kept, not accepted yet."""
-SKIP = 8
+SKIP = np.int64(8)
 """A cell on the stack is thrown away: a nearer hit was found meanwhile."""
 
 KIND_NAMES = (

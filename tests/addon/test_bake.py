@@ -12,7 +12,7 @@ bpy = pytest.importorskip("bpy")
 from accelscope.addon import bake, overlay  # noqa: E402
 from accelscope.core.colours import INNER_COLOUR, depth_colours  # noqa: E402
 from accelscope.core.errors import InputError  # noqa: E402
-from accelscope.core.structures.contract import Cells  # noqa: E402
+from accelscope.core.structures.cells import Cells  # noqa: E402
 
 pytestmark = pytest.mark.bpy
 

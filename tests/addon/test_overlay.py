@@ -18,7 +18,7 @@ gpu = pytest.importorskip("gpu")
 
 from accelscope.addon import overlay  # noqa: E402
 from accelscope.core.colours import INNER_COLOUR, count_colours, depth_colours  # noqa: E402
-from accelscope.core.structures.contract import Cells  # noqa: E402
+from accelscope.core.structures.cells import Cells  # noqa: E402
 from mathutils import Matrix, Vector  # noqa: E402
 
 pytestmark = pytest.mark.bpy

@@ -22,8 +22,8 @@ from ...kernels import implements
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
+from ..cells import Cells
 from ..contract import (
-    Cells,
     Found,
     Statistics,
     Structure,

@@ -1,0 +1,140 @@
+"""What there is to draw of a structure: its cells, and the planes that cut them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry.box import surface_area
+
+
+class Polygons(NamedTuple):
+    """Convex polygons in lists.
+
+    Attributes
+    ----------
+    points : (m, 3) float64
+        Corners, polygon after polygon, each once around.
+    offsets : (k + 1,) int64
+        Polygon i has ``points[offsets[i]:offsets[i + 1]]``.
+    owners : (k,) int64
+        Whose polygon it is, ascending: the place of a cell in :class:`Cells`.
+    """
+
+    points: np.ndarray
+    offsets: np.ndarray
+    owners: np.ndarray
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Everything there is to draw: one cell or node each.
+
+    Attributes
+    ----------
+    boxes : (n, 6) float64
+        ``[x0, y0, z0, x1, y1, z1]``; around the cell, if that is not a box itself.
+    numbers : (n,) int32
+        The number by which the step log names the cell. Cells are sorted by depth.
+    depth : (n,) int32
+    is_leaf : (n,) bool
+    count : (n,) int32
+        Primitives in a leaf; 0 for inner nodes.
+    extra : dict of str to (n,) array
+        Figures of this structure's cells only, by name. ``order`` is the step of the building in
+        which a cell was made, 0 for the root.
+    faces : Polygons, optional
+        Of cells that are not boxes.
+    planes : Polygons, optional
+        The planes that cut inner nodes, each clipped to its cell.
+    areas : (n,) float64, optional
+        Surface areas of cells that are not boxes.
+    """
+
+    boxes: np.ndarray
+    numbers: np.ndarray
+    depth: np.ndarray
+    is_leaf: np.ndarray
+    count: np.ndarray
+    extra: dict[str, np.ndarray] = field(default_factory=dict)
+    faces: Polygons | None = None
+    planes: Polygons | None = None
+    areas: np.ndarray | None = None
+
+    @classmethod
+    def sorted_by_depth(
+        cls,
+        boxes: np.ndarray,
+        depth: np.ndarray,
+        is_leaf: np.ndarray,
+        count: np.ndarray,
+        extra: dict[str, np.ndarray] | None = None,
+        faces: Polygons | None = None,
+        planes: Polygons | None = None,
+        areas: np.ndarray | None = None,
+    ) -> Cells:
+        """Order cells numbered 0, 1, ... by depth, so that a depth range is one piece.
+
+        Everything is given in the order of the numbers: owners of polygons are numbers, too.
+        """
+        order = np.argsort(depth, kind="stable").astype(np.int32)
+        place = np.empty(len(order), dtype=np.int64)
+        place[order] = np.arange(len(order))
+        return cls(
+            np.ascontiguousarray(boxes[order]), order, depth[order].astype(np.int32),
+            is_leaf[order], count[order].astype(np.int32),
+            {name: values[order] for name, values in (extra or {}).items()},
+            faces and reowned(faces, place), planes and reowned(planes, place),
+            None if areas is None else areas[order],
+        )  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.boxes)
+
+    def attributes(self) -> dict[str, np.ndarray]:
+        """Return the per-cell figures by name, to colour and to export."""
+        return {
+            "number": self.numbers,
+            "depth": self.depth,
+            "is_leaf": self.is_leaf,
+            "count": self.count,
+            "area": surface_area(self.boxes) if self.areas is None else self.areas,
+            **self.extra,
+        }
+
+
+def reowned(polygons: Polygons, place: np.ndarray) -> Polygons:
+    """Return polygons whose owner i is now called ``place[i]``, sorted by owner again."""
+    owners = place[polygons.owners]
+    order = np.argsort(owners, kind="stable")
+    sizes = np.diff(polygons.offsets)[order]
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    # For each corner in the new order, where it was: its polygon's old begin plus its rank there.
+    rank = np.arange(offsets[-1]) - np.repeat(offsets[:-1], sizes)
+    points = polygons.points[np.repeat(polygons.offsets[:-1][order], sizes) + rank]
+    return Polygons(points, offsets, owners[order])
+
+
+def planes_across(boxes: np.ndarray, axis: int, position: np.ndarray) -> np.ndarray:
+    """Return where planes perpendicular to an axis cut boxes, as (n, 4, 3) corners of rectangles.
+
+    Parameters
+    ----------
+    boxes : (n, 6) float64
+    position : (n,) float64
+    """
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    corners = np.empty((len(boxes), 4, 3))
+    corners[:, :, axis] = position[:, None]
+    corners[:, :, u] = boxes[:, [u, 3 + u, 3 + u, u]]
+    corners[:, :, v] = boxes[:, [v, v, 3 + v, 3 + v]]
+    return corners
+
+
+def rectangles(corners: np.ndarray, owners: np.ndarray) -> Polygons:
+    """Return rectangles, (n, 4, 3), as polygons sorted by their owners (n,)."""
+    order = np.argsort(owners, kind="stable")
+    offsets = 4 * np.arange(len(owners) + 1, dtype=np.int64)
+    return Polygons(corners[order].reshape(-1, 3), offsets, owners[order])

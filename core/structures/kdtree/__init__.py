@@ -1,0 +1,255 @@
+"""kd-tree: a cell is cut by one plane perpendicular to an axis, again and again.
+
+Where the plane goes decides everything (:mod:`.static`, :mod:`.sah`). A triangle is listed in every
+leaf that it reaches into, for which it is clipped to the cells (:mod:`.clip`); one that only
+touches a plane stays on its side. The builder (:mod:`.builder`) stops at a number of triangles, a
+depth, a budget of cells, or where the cost says so. The tree (:mod:`.storage`) is walked in the
+same ways as an octree (:mod:`..subdivision.walks`).
+
+J. L. Bentley: Multidimensional Binary Search Trees Used for Associative Searching, CACM 1975.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...geometry.box import boxes_of
+from ...geometry.rays import ULPS
+from ...geometry.triangle import Triangles, triangles_of
+from ...kernels import call
+from ...memory import refuse_if_too_large
+from ...parallel import core_count
+from ...progress import SILENT, Progress
+from ...scene import Scene
+from ...settings import setting
+from ..cells import Cells
+from ..contract import intersection_cost, traversal_cost
+from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, drop, order_setting, peek
+from ..subdivision.structure import (
+    Subdivision,
+    Topology,
+    links_setting,
+    mailbox_setting,
+    padded_box,
+    walk_setting,
+)
+from .builder import ASIDE, LEAF, N_LISTED, N_NODES, Limits, Meter, Work, grow_all
+from .clip import POLYGON_SIZE, add_clipped_areas
+from .sah import SweepPlanes, extract_sweep, start_sweep
+from .static import RULES, StaticPlanes, extract_static, start_static
+from .storage import KdTreeArrays, Piece, store, topology_of
+
+
+@dataclass(frozen=True)
+class KdTreeSettings:
+    """Settings of the kd-tree."""
+
+    planes: str = setting(
+        "sah",
+        "Planes",
+        "Where a cell is cut",
+        choices={
+            "cyclic": "In the middle, across x, y and z in turn",
+            "longest": "In the middle of the longest side (spatial median)",
+            "object_median": "Across the longest side, half of the triangles on either side",
+            "sah": "Where the surface area heuristic costs least (Wald, Havran 2006)",
+        },
+    )
+    walk: str = walk_setting()
+    links: str = links_setting()
+    max_depth: int = setting(
+        0,
+        "Max Depth",
+        "Level K at which subdivision ends; 0 for 8 + 1.3 log2 N of N triangles",
+        unit="levels",
+        minimum=0,
+        maximum=60,
+        unset="auto",
+    )
+    max_leaf_size: int = setting(
+        12,
+        "Max Leaf Size",
+        "A cell with at most these M triangles is not cut",
+        unit="triangles",
+        minimum=0,
+        maximum=2**31 - 1,
+    )
+    C_trav: float = traversal_cost()
+    C_isect: float = intersection_cost()
+    empty_bonus: float = setting(
+        0.2,
+        "Empty Bonus",
+        "Share of the cost that a plane with an empty side is let off, for planes=sah",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    budget: int = budget_setting()
+    order: str = order_setting()
+    mailbox: bool = mailbox_setting()
+    padding: float = setting(
+        0.0,
+        "Padding",
+        "Enlargement of the scene's box on each side, as a share of its size",
+        minimum=0.0,
+        maximum=10.0,
+    )
+
+
+SUBTREE = 1 << 15
+"""References up to which a subtree is built by one thread, in memory that fits its cache."""
+
+
+def depth_limit(settings: KdTreeSettings, count: int) -> int:
+    """Return the depth at which splitting ends, in a scene of `count` triangles."""
+    return settings.max_depth or round(8 + 1.3 * np.log2(count))
+
+
+def finished(work: Work) -> Piece:
+    """Return the tree of a builder that is done; its other memory is given back."""
+    nodes, listed = int(work.state[N_NODES]), int(work.state[N_LISTED])
+    return Piece(
+        work.axis[:nodes].copy(), work.split[:nodes].copy(), work.first[:nodes].copy(),
+        work.size[:nodes].copy(), work.listed[:listed].copy(),
+    )  # fmt: skip
+
+
+def build_tree(
+    triangles: Triangles,
+    cell: np.ndarray,
+    settings: KdTreeSettings,
+    progress: Progress,
+    threads: int = 0,
+) -> KdTreeArrays:
+    """Build the tree.
+
+    Depth-first, with large subtrees on different threads, as long as there is no budget: no other
+    order then gives another tree, and neither does another number of threads.
+
+    Parameters
+    ----------
+    cell : (6,) float64
+        Of the root.
+    threads : int
+        0 takes every core.
+
+    Raises
+    ------
+    InputError
+        When the tree gets too large.
+    Cancelled
+        From `progress`.
+    """
+    count = len(triangles.ids)
+    boxes = boxes_of(triangles.corners)
+    planes: Any
+    progress.report(0, 4 * count, "Building kdtree")
+    if settings.planes == "sah":
+        planes = SweepPlanes(settings.C_trav, settings.C_isect, 1.0 - settings.empty_bonus)
+        work, extract = start_sweep(boxes, cell), extract_sweep
+    else:
+        planes = StaticPlanes(RULES[settings.planes])
+        work, extract = start_static(boxes, cell), extract_static
+    limits = Limits(
+        depth_limit(settings, count), settings.max_leaf_size, settings.budget or 2**62,
+        ORDERS[settings.order] if settings.budget else DEPTH_FIRST, 0,
+    )  # fmt: skip
+    divided = limits._replace(aside=0 if settings.budget or count <= SUBTREE else SUBTREE)
+    meter = Meter(count, progress)
+    meter.report()
+
+    def build_subtree(own: Work, builder: int) -> Piece:
+        _, own = grow_all(planes, limits, own, triangles.corners, meter, builder)
+        return finished(own)
+
+    subtrees: dict[int, Future[Piece]] = {}
+    with ThreadPoolExecutor(threads or core_count()) as pool:
+        try:
+            while True:
+                result, work = grow_all(planes, divided, work, triangles.corners, meter, 0)
+                if result != ASIDE:
+                    break
+                node = int(peek(work.frontier, DEPTH_FIRST))
+                drop(work.frontier, DEPTH_FIRST)
+                own = extract(work, int(work.first[node]))
+                work.axis[node], work.first[node], work.size[node] = LEAF, 0, 0
+                subtrees[node] = pool.submit(build_subtree, own, len(subtrees) + 1)
+            pending = set(subtrees.values())
+            while pending:
+                done, pending = wait(pending, timeout=0.1)
+                for future in done:
+                    future.result()
+                meter.report()
+        finally:
+            meter.stopped = True
+            for future in subtrees.values():
+                future.cancel()
+    pieces = {node: future.result() for node, future in subtrees.items()}
+    tree = store(finished(work), pieces, cell)
+    progress.report(1, 1, "Building kdtree")
+    return tree
+
+
+class KdTree(Subdivision):
+    """Binary subdivision of space by axis-aligned planes."""
+
+    name = "kdtree"
+    label = "kd-Tree"
+    summary = "Binary tree of cells, cut by planes across one axis each"
+    Settings = KdTreeSettings
+
+    @classmethod
+    def build(cls, scene: Scene, settings: KdTreeSettings, progress: Progress = SILENT) -> KdTree:
+        """Build the tree, then prepare its walk."""
+        refuse_if_too_large(
+            len(scene) * 600, f"a kdtree over {len(scene)} triangles", "use a smaller scene"
+        )
+        triangles = triangles_of(scene)
+        cell = padded_box(scene.lower, scene.upper, settings.padding)
+        structure = cls(scene, settings, None, triangles)
+        structure.with_walk(build_tree(triangles, cell, settings, progress))
+        return structure
+
+    def topology(self) -> Topology:
+        """Return the cells of all nodes."""
+        return topology_of(self.arrays.tree)
+
+    def cells(self) -> Cells:
+        """Return the cells of all nodes, with the planes that cut them.
+
+        Attribute `axis` is 3 and `split` is NaN for leaves.
+        """
+        nodes, tree = self.topology(), self.arrays.tree
+        axis = (tree.link & 3).astype(np.int8)
+        split = np.where(axis == LEAF, np.nan, tree.split)
+        return Cells.sorted_by_depth(
+            nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count, {"axis": axis, "split": split}
+        )
+
+    def validate(self) -> list[str]:
+        """Check the tree, and that the leaves which list a triangle cover all of it."""
+        violations = super().validate()
+        if violations:
+            return violations
+        tree, nodes, corners = self.arrays.tree, self.topology(), self.triangles.corners
+        leaf_of = np.repeat(np.arange(len(tree.offsets) - 1), np.diff(tree.offsets))
+        areas = np.zeros(len(corners))
+        call(
+            add_clipped_areas, corners, tree.references, leaf_of,
+            np.ascontiguousarray(nodes.boxes[nodes.leaves]), areas,
+            np.empty((2 * POLYGON_SIZE, 3)),
+        )  # fmt: skip
+        edges = corners[:, 1:] - corners[:, :1]
+        whole = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        # Rounding of corners moves edges: a needle's area may be rounding error alone.
+        around = np.linalg.norm(edges, axis=2).sum(axis=1)
+        tolerance = 1e-6 * whole + 64 * ULPS * self.triangles.reach.max() * around
+        if (np.abs(areas - whole) > tolerance).any():
+            violations.append("the leaves that list a triangle do not cover it")
+        return violations
+
+
+STRUCTURE = KdTree

@@ -1,0 +1,102 @@
+"""Which octants a triangle belongs to: those its box overlaps, or those it overlaps itself."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...geometry.rays import ULPS
+from ...geometry.triangle import Triangles, overlaps_box
+from ...kernels import dispatched, implements, inner
+
+
+class ByBox(NamedTuple):
+    """Triangles are compared by their boxes, (n, 6); `closed` says whether touching counts."""
+
+    boxes: np.ndarray
+    closed: bool
+
+
+class Exact(NamedTuple):
+    """Triangles are compared themselves.
+
+    Attributes
+    ----------
+    slack : (3,) float64
+        Rounding of a walk's coordinates, by which a cell is widened.
+    cell : (6,) float64
+        Scratch.
+    """
+
+    boxes: np.ndarray
+    closed: bool
+    corners: np.ndarray
+    slack: np.ndarray
+    cell: np.ndarray
+
+
+def assignment_named(name: str, triangles: Triangles, boxes: np.ndarray, closed: bool):
+    """Return the record for a setting."""
+    if name == "box":
+        return ByBox(boxes, closed)
+    return Exact(boxes, closed, triangles.corners, 4 * ULPS * triangles.reach, np.empty(6))
+
+
+@inner
+def octant_box(tree, node, octant, out):
+    """Write the box of one octant of a node into `out`, (6,)."""
+    for axis in range(3):
+        upper = octant >> axis & 1
+        plane = tree.planes[node, axis]
+        out[axis] = plane if upper == 1 else tree.boxes[node, axis]
+        out[3 + axis] = tree.boxes[node, 3 + axis] if upper == 1 else plane
+
+
+@inner
+def octants_of_box(boxes, closed, tree, node, n):
+    """Compare a box with the three planes of a node; that it overlaps the node is known."""
+    below, above = 0, 0  # bits of the axes
+    for axis in range(3):
+        low, high, plane = boxes[n, axis], boxes[n, 3 + axis], tree.planes[node, axis]
+        if low < plane or (closed and low == plane):
+            below |= 1 << axis
+        # A flat triangle in an open plane overlaps neither side: it goes above.
+        if high > plane or low == plane or (closed and high == plane):
+            above |= 1 << axis
+    mask = 0
+    for octant in range(8):
+        if (octant & above) | (~octant & below) == 7:
+            mask |= 1 << octant
+    return mask
+
+
+@dispatched
+def octants_of(assignment, tree, node, n):
+    """Return the octants of a node to which triangle n belongs, as bits 0 ... 7; at least one."""
+    raise TypeError(f"no assignment by {type(assignment).__name__}")
+
+
+@implements(octants_of, ByBox)
+def octants_by_box(assignment, tree, node, n):
+    """Return the octants that the triangle's box overlaps."""
+    return octants_of_box(assignment.boxes, assignment.closed, tree, node, n)
+
+
+@implements(octants_of, Exact)
+def octants_exactly(assignment, tree, node, n):
+    """Of the octants that the box overlaps, keep those that the triangle overlaps."""
+    by_box = octants_of_box(assignment.boxes, assignment.closed, tree, node, n)
+    cell, slack = assignment.cell, assignment.slack
+    mask = 0
+    for octant in range(8):
+        if not by_box >> octant & 1:
+            continue
+        octant_box(tree, node, octant, cell)
+        for axis in range(3):
+            cell[axis] -= slack[axis]
+            cell[3 + axis] += slack[axis]
+        if overlaps_box(assignment.corners, n, cell):
+            mask |= 1 << octant
+    # Rounding must not lose a triangle.
+    return mask if mask != 0 else by_box

@@ -1,0 +1,310 @@
+"""Building an octree: which cell is split, by which planes, and who goes into which octant.
+
+All reference lists live in one long array, the arena. Splitting a cell appends the lists of its
+eight octants; its own becomes garbage, which is swept out when the arena is full. So depth-first,
+breadth-first and best-first building are one loop, and only the frontier differs.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...errors import InputError
+from ...kernels import call, inner, kernel
+from ...memory import refuse_if_too_large
+from ...progress import Progress
+from ..subdivision.frontier import Frontier, drop, enlarged, is_empty, make_frontier, peek, put
+from .assignment import octant_box, octants_of
+from .planes import choose_plane
+from .storage import BuiltTree
+
+ADVICE = "lower max_depth or raise max_leaf_size"
+
+MOST_NODES, MOST_REFERENCES = 1 << 25, 1 << 29
+"""Where building gives up, having filled some 4 GiB: where triangles meet in one point, or leaves
+are to hold fewer than do, every level multiplies the cells and helps nobody."""
+
+FINISHED, NEEDS_NODES, NEEDS_ARENA, PAUSED = range(4)
+"""Why :func:`subdivide` returns."""
+
+SLICE = 0.05
+"""Seconds between two looks at the cancel button."""
+
+
+class Rule(NamedTuple):
+    """What decides splits, for kernels: `budget` is a number of nodes.
+
+    `placement` is a record of :mod:`.planes`, `assignment` one of :mod:`.assignment`; the kernels
+    for them are chosen by their types.
+    """
+
+    max_depth: int
+    max_leaf_size: int
+    budget: int
+    order: int
+    placement: Any
+    assignment: Any
+
+
+class Growing(NamedTuple):
+    """A tree being built.
+
+    Attributes
+    ----------
+    boxes : (capacity, 6) float64
+    planes : (capacity, 3) float64
+    first : (capacity,) int32
+        First of eight children in a row, -1 for leaves.
+    begin, count : (capacity,) int64
+        Reference list in the arena.
+    level : (capacity,) uint8
+    arena : (capacity of the arena,) int32
+    frontier : Frontier
+    used : (2,) int64
+        Nodes taken, arena taken.
+    """
+
+    boxes: np.ndarray
+    planes: np.ndarray
+    first: np.ndarray
+    begin: np.ndarray
+    count: np.ndarray
+    level: np.ndarray
+    arena: np.ndarray
+    frontier: Frontier
+    used: np.ndarray
+
+
+class Scratch(NamedTuple):
+    """Scratch memory: octants of each reference as bits, numbers for a median, octant counts."""
+
+    masks: np.ndarray
+    values: np.ndarray
+    counts: np.ndarray
+
+
+@inner
+def area_of(box):
+    """Return the surface area of a box, (6,)."""
+    x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
+    return 2.0 * (x * y + y * z + z * x)
+
+
+@kernel
+def offer(tree, node, rule):
+    """Put a node into the frontier if it may be split."""
+    if tree.count[node] > rule.max_leaf_size and tree.level[node] < rule.max_depth:
+        put(tree.frontier, rule.order, node, area_of(tree.boxes[node]) * tree.count[node])
+
+
+@inner
+def place_planes(tree, node, rule, values):
+    """Choose the three planes of a node; say whether each lies strictly inside."""
+    for axis in range(3):
+        low, high = tree.boxes[node, axis], tree.boxes[node, 3 + axis]
+        plane = choose_plane(
+            rule.placement, tree.boxes[node], axis,
+            tree.arena, tree.begin[node], tree.count[node], rule.assignment, values,
+        )  # fmt: skip
+        if not low < plane < high:
+            return False
+        tree.planes[node, axis] = plane
+    return True
+
+
+@kernel
+def subdivide(tree, rule, scratch, work):
+    """Split candidates until there are none, room is lacking or `work` references are handled."""
+    arena, frontier = tree.arena, tree.frontier
+    while not is_empty(frontier):
+        if work <= 0:
+            return PAUSED
+        node = peek(frontier, rule.order)
+        n_nodes, n_arena = tree.used[0], tree.used[1]
+        if n_nodes + 8 > rule.budget:
+            return FINISHED
+        if n_nodes + 8 > len(tree.first):
+            return NEEDS_NODES
+        begin, count = tree.begin[node], tree.count[node]
+        work -= 64 + count
+        if not place_planes(tree, node, rule, scratch.values):
+            drop(frontier, rule.order)  # numbers cannot tell the halves apart: it stays a leaf
+            continue
+        # How many references go into each octant, then where.
+        total = 0
+        for octant in range(8):
+            scratch.counts[octant] = 0
+        for i in range(count):
+            mask = octants_of(rule.assignment, tree, node, arena[begin + i])
+            scratch.masks[i] = mask
+            for octant in range(8):
+                if mask >> octant & 1:
+                    scratch.counts[octant] += 1
+                    total += 1
+        if n_arena + total > len(arena):
+            return NEEDS_ARENA
+        drop(frontier, rule.order)
+        tree.first[node] = n_nodes
+        tree.used[0], tree.used[1] = n_nodes + 8, n_arena + total
+        for octant in range(8):
+            new = n_nodes + octant
+            octant_box(tree, node, octant, tree.boxes[new])
+            tree.first[new] = -1
+            tree.level[new] = tree.level[node] + 1
+            tree.begin[new], tree.count[new] = n_arena, scratch.counts[octant]
+            scratch.counts[octant] = n_arena  # from here on: place of the next reference
+            n_arena += tree.count[new]
+        for i in range(count):
+            mask = scratch.masks[i]
+            for octant in range(8):
+                if mask >> octant & 1:
+                    arena[scratch.counts[octant]] = arena[begin + i]
+                    scratch.counts[octant] += 1
+        # A stack hands out what came last.
+        for octant in range(7, -1, -1):
+            offer(tree, n_nodes + octant, rule)
+    return FINISHED
+
+
+@kernel
+def sweep(tree):
+    """Move the lists of leaves and candidates together, over those of inner nodes."""
+    place = 0
+    # Lists lie in the arena in the order of their nodes.
+    for node in range(tree.used[0]):
+        if tree.first[node] >= 0:
+            continue
+        begin = tree.begin[node]
+        tree.begin[node] = place
+        for i in range(tree.count[node]):
+            tree.arena[place + i] = tree.arena[begin + i]
+        place += tree.count[node]
+    tree.used[1] = place
+
+
+def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
+    """Build a tree over n triangles.
+
+    Parameters
+    ----------
+    box : (6,) float64
+        The root's cell.
+
+    Raises
+    ------
+    InputError
+        When nodes or references do not fit into memory.
+    """
+    tree = with_room(None, 1024, max(4 * n, 1024))
+    tree.boxes[0], tree.first[0], tree.count[0] = box, -1, n
+    tree.arena[:n] = np.arange(n)
+    tree.used[:] = 1, n
+    scratch = Scratch(np.empty(n, np.uint8), np.empty(n), np.empty(8, np.int64))
+    call(offer, tree, 0, rule)
+    status, work = PAUSED, 1 << 12
+    while status != FINISHED:
+        progress.report(int(tree.used[0]), int(tree.used[0]) + 1, "Building octree")
+        start = time.perf_counter()
+        status = call(subdivide, tree, rule, scratch, work)
+        seconds = time.perf_counter() - start
+        if status == NEEDS_NODES:
+            tree = with_room(tree, 2 * len(tree.first), len(tree.arena))
+        elif status == NEEDS_ARENA:
+            before = int(tree.used[1])
+            call(sweep, tree)
+            # Sweeping pays if it frees a good part, and there is room for the next list.
+            if tree.used[1] > before // 2 or len(tree.arena) - tree.used[1] < 8 * n:
+                tree = with_room(tree, len(tree.first), 2 * len(tree.arena))
+        elif seconds < SLICE:
+            work *= 2
+        elif seconds > 2 * SLICE:
+            work = max(work // 2, 1)
+    call(sweep, tree)
+    return tree
+
+
+def refuse_if_too_many(count: int, limit: int, what: str) -> None:
+    """Raise InputError where `count` nodes or references are as many as are handled."""
+    if count >= limit:
+        raise InputError(f"the octree gets more than {limit} {what}; {ADVICE}")
+
+
+def with_room(old: Growing | None, n_nodes: int, n_references: int) -> Growing:
+    """Return a growing tree with that much room; the arrays that fit already are kept."""
+    if old is not None and n_nodes == len(old.first):
+        refuse_if_too_many(len(old.arena), MOST_REFERENCES, "references")
+        n_references = min(n_references, MOST_REFERENCES)
+        refuse_if_too_large(
+            4 * n_references, f"an octree with over {len(old.arena)} references", ADVICE
+        )
+        arena = np.empty(n_references, np.int32)
+        arena[: old.used[1]] = old.arena[: old.used[1]]
+        return old._replace(arena=arena)
+    refuse_if_too_many(n_nodes // 2, MOST_NODES, "nodes")
+    refuse_if_too_large(112 * n_nodes, f"an octree with over {n_nodes // 2} nodes", ADVICE)
+    new = Growing(
+        np.zeros((n_nodes, 6)), np.zeros((n_nodes, 3)), np.full(n_nodes, -1, np.int32),
+        np.zeros(n_nodes, np.int64), np.zeros(n_nodes, np.int64), np.zeros(n_nodes, np.uint8),
+        np.empty(n_references, np.int32) if old is None else old.arena,
+        make_frontier(n_nodes) if old is None else enlarged(old.frontier, n_nodes),
+        np.zeros(2, np.int64) if old is None else old.used,
+    )  # fmt: skip
+    if old is not None:
+        for mine, theirs in zip(new[:6], old[:6], strict=True):
+            mine[: len(theirs)] = theirs
+    return new
+
+
+# ------------------------------------------------------------------------------- renumbering
+
+
+def finish(tree: Growing) -> BuiltTree:
+    """Renumber: inner nodes level by level, leaves depth-first; list references by leaf."""
+    n_nodes = int(tree.used[0])
+    first, count = tree.first[:n_nodes], tree.count[:n_nodes]
+    is_inner = first >= 0
+    n_inner = int(is_inner.sum())
+    # Inner nodes, level by level in the order of octants; leaves below each node, from the bottom.
+    levels = [np.zeros(1, np.int64)]
+    while len(levels[-1]):
+        inner = levels[-1][is_inner[levels[-1]]]
+        levels.append((first[inner][:, None].astype(np.int64) + np.arange(8)).ravel())
+    n_leaves = (~is_inner).astype(np.int64)
+    for level in reversed(levels):
+        inner = level[is_inner[level]]
+        n_leaves[inner] = n_leaves[first[inner][:, None] + np.arange(8)].sum(axis=1)
+    number = np.zeros(n_nodes, np.int64)
+    before = np.zeros(n_nodes, np.int64)  # leaves in front of each node
+    taken = 0
+    for level in levels:
+        inner = level[is_inner[level]]
+        number[inner] = taken + np.arange(len(inner))
+        taken += len(inner)
+        below = first[inner][:, None] + np.arange(8)
+        sizes = n_leaves[below]
+        before[below] = before[inner][:, None] + np.cumsum(sizes, axis=1) - sizes
+    number[~is_inner] = n_inner + before[~is_inner]
+    old = np.empty(n_nodes, np.int64)
+    old[number] = np.arange(n_nodes)
+    inner, leaves = old[:n_inner], old[n_inner:]
+    children = number[first[inner][:, None] + np.arange(8)].astype(np.int32)
+    offsets = np.zeros(len(leaves) + 1, np.int64)
+    np.cumsum(count[leaves], out=offsets[1:])
+    references = np.empty(int(offsets[-1]), np.int32)
+    call(copy_lists, tree, leaves, offsets, references)
+    return BuiltTree(
+        tree.boxes[0].copy(), tree.planes[inner], children.reshape(-1, 8), tree.level[old],
+        offsets, references,
+    )  # fmt: skip
+
+
+@kernel
+def copy_lists(tree, leaves, offsets, out):
+    """Copy the lists of leaves to their places."""
+    for i in range(len(leaves)):
+        begin = tree.begin[leaves[i]]
+        for k in range(offsets[i + 1] - offsets[i]):
+            out[offsets[i] + k] = tree.arena[begin + k]

@@ -1,0 +1,182 @@
+"""What octree and kd-tree have in common as structures: walks, cells, figures and checks."""
+
+from __future__ import annotations
+
+import abc
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...geometry.box import boxes_of, surface_area
+from ...geometry.rays import ULPS
+from ...settings import setting
+from ..cells import Cells
+from ..contract import Statistics, Structure
+from .ropes import link
+from .tree import TreeWorkspace, make_workspace
+from .walks import WALKS, Neighbours, Ropes
+
+
+def walk_setting(default: str = "recursive") -> Any:
+    """Declare the walk."""
+    return setting(
+        default,
+        "Walk",
+        "How the next leaf along a ray is found",
+        choices={
+            "march": "From the root, for every leaf (Glassner)",
+            "segments": "One pass cuts the ray into segments by leaf, which are then processed",
+            "neighbours": "From leaf to leaf through the face by which the ray leaves (Samet)",
+            "recursive": "Depth-first with a stack, near children first",
+            "heap": "Depth-first with a priority queue of cells",
+        },
+    )
+
+
+def links_setting(default: str = "found") -> Any:
+    """Declare how the walk `neighbours` finds the neighbour."""
+    return setting(
+        default,
+        "Links",
+        "How walk=neighbours gets to the neighbour of a leaf",
+        choices={
+            "found": "Up to the nearest common ancestor, then down: nothing is stored",
+            "stored": "By ropes: every leaf has a pointer to the neighbour behind each face",
+        },
+    )
+
+
+def padding_setting() -> Any:
+    """Declare the enlargement of the root's cell."""
+    return setting(
+        0.001,
+        "Padding",
+        "Enlargement of the scene's box on each side, as a share of its size",
+        minimum=0.0,
+        maximum=10.0,
+    )
+
+
+def mailbox_setting() -> Any:
+    """Declare the mailbox."""
+    return setting(False, "Mailbox", "Test a triangle at most once per ray")
+
+
+def padded_box(lower: np.ndarray, upper: np.ndarray, padding: float) -> np.ndarray:
+    """Return the root's cell, (6,): the scene's box enlarged by a share of its size.
+
+    A flat scene gets some thickness: a cell of zero volume has no inside to walk through.
+    """
+    size = upper - lower
+    margin = np.where(size > 0.0, padding * size, max(padding, 1e-6) * size.max())
+    return np.concatenate([lower - margin, upper + margin])
+
+
+class Topology(NamedTuple):
+    """The nodes of a tree, whatever stores it.
+
+    Attributes
+    ----------
+    boxes : (n, 6) float64
+    depth : (n,) int64
+    is_leaf : (n,) bool
+    count : (n,) int32
+        References of a leaf; 0 for inner nodes.
+    leaves : (n_leaves,) int64
+        Node of every leaf index.
+    """
+
+    boxes: np.ndarray
+    depth: np.ndarray
+    is_leaf: np.ndarray
+    count: np.ndarray
+    leaves: np.ndarray
+
+
+class Subdivision(Structure):
+    """An adaptive subdivision of space by axis-aligned planes.
+
+    A subclass builds a tree (:mod:`.tree`) and hands it to :meth:`with_walk`; its settings have
+    the fields `walk`, `links`, `mailbox`, C_trav and C_isect.
+    """
+
+    @property
+    def has_mailbox(self) -> bool:  # type: ignore[override]
+        """Whether the walk needs a mailbox."""
+        return self.settings.mailbox
+
+    @abc.abstractmethod
+    def topology(self) -> Topology:
+        """Return the boxes of all nodes and what else a figure is made of."""
+
+    def extra_statistics(self) -> dict[str, Any]:
+        """Return figures of this structure only."""
+        return {}
+
+    def with_walk(self, tree: Any) -> None:
+        """Set :attr:`arrays` to the tree with the walk of the settings."""
+        settings = self.settings
+        if settings.walk != "neighbours":
+            self.arrays = WALKS[settings.walk](tree, settings.mailbox)
+        elif settings.links == "found":
+            self.arrays = Neighbours(tree, settings.mailbox)
+        else:
+            nodes = self.topology()
+            ropes = link(tree, nodes.boxes, nodes.leaves)
+            boxes = np.ascontiguousarray(nodes.boxes[nodes.leaves])
+            self.arrays = Ropes(tree, settings.mailbox, ropes, boxes)
+
+    def _workspace(self) -> TreeWorkspace:  # type: ignore[override]
+        """Return scratch memory for one thread."""
+        return make_workspace(len(self.scene) if self.has_mailbox else 1)
+
+    def memory(self) -> int:
+        """Return the bytes of the tree and of links, without the scene's triangles."""
+        arrays = [*self.arrays, *self.arrays.tree]
+        return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
+
+    def cells(self) -> Cells:
+        """Return the cells of all nodes; a cell's number is its node."""
+        nodes = self.topology()
+        return Cells.sorted_by_depth(nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count)
+
+    def statistics(self) -> Statistics:
+        """Return the figures of the tree."""
+        nodes = self.topology()
+        areas = surface_area(nodes.boxes)
+        empty = areas[nodes.is_leaf & (nodes.count == 0)].sum()
+        return Statistics.of_cells(
+            areas, nodes.is_leaf, nodes.count, nodes.depth, float(areas[0]),
+            self.settings.C_trav, self.settings.C_isect,
+            {
+                "duplication": len(self.arrays.tree.references) / len(self.scene),
+                "expected_empty": float(empty / areas[0]),
+                "bytes_per_triangle": self.memory() / len(self.scene),
+                **self.extra_statistics(),
+            },
+        )  # fmt: skip
+
+    def validate(self) -> list[str]:
+        """Check the lists, and that leaves hold what overlaps them."""
+        violations = []
+        tree, nodes = self.arrays.tree, self.topology()
+        offsets, references = tree.offsets, tree.references
+        if offsets[0] != 0 or offsets[-1] != len(references) or (np.diff(offsets) < 0).any():
+            return ["leaf offsets do not partition the references"]
+        if len(np.unique(references)) != len(self.scene):
+            violations.append("a triangle is in no leaf")
+        leaf_of = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+        if (np.diff(references)[leaf_of[1:] == leaf_of[:-1]] <= 0).any():
+            violations.append("a leaf lists a triangle twice or out of order")
+        boxes = boxes_of(self.scene.triangles)[references]
+        leaves = nodes.boxes[nodes.leaves]
+        tolerance = 8 * ULPS * self.triangles.reach
+        apart = (boxes[:, :3] > leaves[leaf_of, 3:] + tolerance) | (
+            boxes[:, 3:] < leaves[leaf_of, :3] - tolerance
+        )
+        if apart.any():
+            violations.append("a leaf lists a triangle whose box lies outside it")
+        volume = np.prod(leaves[:, 3:] - leaves[:, :3], axis=1).sum()
+        if not np.isclose(volume, np.prod(tree.box[3:] - tree.box[:3]), rtol=1e-9):
+            violations.append("the leaves do not fill the root")
+        return violations
