@@ -61,8 +61,8 @@ def measure_ours(scene: Scene, batches: dict[str, Rays], rows: list[dict]) -> No
     for name, structure_type in structures().items():
         if name == "naive":
             continue
-        warm_up(structure_type)
         settings = structure_type.Settings()
+        warm_up(structure_type, settings)
         structure = structure_type.build(scene, settings)
         build = best_of(lambda: structure_type.build(scene, settings))  # noqa: B023 run at once
         for rays_name, rays in batches.items():
@@ -158,7 +158,9 @@ def measure_stadium() -> list[dict]:
         name, _, texts = spec.partition(":")
         structure_type = structure_named(name)
         given = dict(text.split("=") for text in texts.split(",") if text)
-        structure = structure_type.build(scene, parse(structure_type.Settings, given, name))
+        settings = parse(structure_type.Settings, given, name)
+        warm_up(structure_type, settings)
+        structure = structure_type.build(scene, settings)
         for rays_name, rays in batches.items():
             _, counters = structure.trace(rays)
             seconds = best_of(lambda: structure.trace(rays))  # noqa: B023 run at once
