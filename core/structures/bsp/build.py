@@ -28,7 +28,7 @@ from ..subdivision.frontier import (
     put,
 )
 from .planes import SAMPLE, Scratch, choose_plane
-from .polyhedron import Polyhedra, clip, make_polyhedra, measure_heights, side_areas
+from .polyhedron import clip, make_polyhedra, measure_heights, side_areas
 from .references import Lists, append_side, move_references
 
 ADVICE = "lower max_depth, raise max_leaf_size or set a budget"
@@ -44,6 +44,12 @@ SLICE = 0.05
 
 WAITING = 0
 """Link of a node that waits: no node has the root as its child."""
+
+ROWS = np.int64(0), np.int64(1), np.int64(2)
+"""Rows for the polyhedra of the root and of the latest cells; the plain numbers would be types of
+their own for Numba, and callees compiled for each."""
+
+NO_ROW = np.int64(-1)
 
 REFERENCES, POINTS, LISTED = range(3)
 """Places in `Lists.used`."""
@@ -96,8 +102,8 @@ class Growing(NamedTuple):
 
 @inner
 def cut_out(tree, node, room, path, shell):
-    """Cut the polyhedron of a node out of the root's; return its row, -1 if that fails."""
-    height, row = 0, 0
+    """Cut the polyhedron of a node out of the root's; return its row, or NO_ROW if that fails."""
+    height, row = 0, ROWS[0]
     while node > 0:
         path[height] = node
         height += 1
@@ -107,17 +113,11 @@ def cut_out(tree, node, room, path, shell):
         node = path[height]
         above = tree.parent[node]
         sign = -1.0 if tree.link[above] == node else 1.0
-        target = 2 if row == 1 else 1
+        target = ROWS[2] if row == 1 else ROWS[1]
         if not clip(room, row, target, tree.planes[above], sign, shell):
-            return -1
+            return NO_ROW
         row = target
     return row
-
-
-@kernel
-def offer(tree, order, node):
-    """Put a node into the frontier."""
-    put(tree.frontier, order, node, tree.area[node] * tree.count[node])
 
 
 @kernel
@@ -148,7 +148,7 @@ def grow(rule, limits, tree, lists, room, scratch, corners, shell, work):
             work -= 1024 + min(n, SAMPLE) * 16
             row = cut_out(tree, node, room, scratch.path, shell)
             salt = np.int64(lists.triangle[begin]) + 61 * n
-            is_split = row >= 0 and choose_plane(
+            is_split = row != NO_ROW and choose_plane(
                 rule, lists, begin, n, room, row, tree.area[node], scratch, corners, shell, salt
             )
         if not is_split:
@@ -183,7 +183,7 @@ def grow(rule, limits, tree, lists, room, scratch, corners, shell, work):
             # A stack hands out what came last.
             child = left + (1 - i if limits.order == DEPTH_FIRST else i)
             tree.share[child] = tree.share[node] * tree.count[child] / total
-            offer(tree, limits.order, child)
+            put(frontier, limits.order, child, tree.area[child] * tree.count[child])
     return DONE
 
 
@@ -253,7 +253,7 @@ def grow_tree(
         np.empty(SAMPLE * 2), np.empty(SAMPLE * 2), np.zeros(4), np.zeros(4), np.zeros(64, np.int64)
     )
     most = max(MOST_REFERENCES, 8 * n)
-    call(offer, tree, limits.order, 0)
+    call(put, tree.frontier, limits.order, 0, 0.0)
     status, work = PAUSED, 1 << 12
     while status != DONE:
         progress.report(min(float(tree.done[0]), 1.0), 1.0, "Building bsp")

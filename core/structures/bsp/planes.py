@@ -125,18 +125,23 @@ def choose_plane(rule, lists, begin, n, room, row, area, scratch, corners, shell
 @inner
 def make_plane(corners, triangle, which, plane):
     """Write a plane of a triangle: OWN, or through an edge; False if it has no area."""
-    a = corners[triangle, which % EDGES]
-    b, c = corners[triangle, (which + 1) % EDGES], corners[triangle, (which + 2) % EDGES]
-    ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    fx, fy, fz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    first, second, third = which % EDGES, (which + 1) % EDGES, (which + 2) % EDGES
+    ax, ay, az = (
+        corners[triangle, first, 0],
+        corners[triangle, first, 1],
+        corners[triangle, first, 2],
+    )
+    ex, fx = corners[triangle, second, 0] - ax, corners[triangle, third, 0] - ax
+    ey, fy = corners[triangle, second, 1] - ay, corners[triangle, third, 1] - ay
+    ez, fz = corners[triangle, second, 2] - az, corners[triangle, third, 2] - az
     x, y, z = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
     if which != OWN:
         x, y, z = y * ez - z * ey, z * ex - x * ez, x * ey - y * ex
     length = (x * x + y * y + z * z) ** 0.5
     if not 0.0 < length < np.inf:
         return False
-    plane[0], plane[1], plane[2] = x / length, y / length, z / length
-    plane[3] = plane[0] * a[0] + plane[1] * a[1] + plane[2] * a[2]
+    x, y, z = x / length, y / length, z / length
+    plane[0], plane[1], plane[2], plane[3] = x, y, z, x * ax + y * ay + z * az
     return True
 
 

@@ -38,7 +38,7 @@ class Polyhedra(NamedTuple):
     heights : (MOST_CORNERS,) float64
         Signed distances from a plane.
     angles : (MOST_CORNERS,) float64
-        What the corners of a new face are sorted by.
+        Which corners are on the plane, and what those of the new face are sorted by.
     """
 
     points: np.ndarray
@@ -83,61 +83,53 @@ def clip(room, source, target, plane, sign, shell):
     """
     measure_heights(room, source, plane)
     heights, points, starts = room.heights, room.points[source], room.starts[source]
-    out, out_starts = room.points[target], room.starts[target]
+    out, out_starts, marks = room.points[target], room.starts[target], room.angles
     n_faces = room.n_faces[source]
-    # The new face is collected at the end of the room, then moved behind the others.
-    kept, place, cap = 0, 0, MOST_CORNERS
+    kept, place = n_faces - n_faces, starts[0]  # zero; the number 0 would be a type of its own
     for face in range(n_faces):
-        begin, end = starts[face], starts[face + 1]
-        first, is_kept = place, False
-        before = sign * heights[end - 1]
-        before = 0.0 if abs(before) <= shell else before
-        for i in range(begin, end):
+        last, first, is_kept = starts[face + 1] - 1, place, False
+        before = sign * heights[last]
+        before = before if abs(before) > shell else 0.0
+        for i in range(starts[face], starts[face + 1]):
             here = sign * heights[i]
-            here = 0.0 if abs(here) <= shell else here
+            here = here if abs(here) > shell else 0.0
             is_kept = is_kept or here > 0.0
-            if place + 2 > cap - 2:
-                return False
-            # The same two corners in the same order, whichever face asks: the same point.
             if here * before < 0.0:
-                j = i - 1 if i > begin else end - 1
-                a, b = (i, j) if here > 0.0 else (j, i)
+                # From the corner above to that below, whichever face asks: the same point.
+                a, b = (i, last) if here > 0.0 else (last, i)
                 share = heights[a] / (heights[a] - heights[b])
-                cap -= 1
                 for axis in range(3):
-                    x = points[a, axis] + share * (points[b, axis] - points[a, axis])
-                    out[place, axis] = x
-                    out[cap, axis] = x
+                    start = points[a, axis]
+                    out[place, axis] = start + share * (points[b, axis] - start)
+                marks[place] = 0.0
                 place += 1
             if here >= 0.0:
                 for axis in range(3):
                     out[place, axis] = points[i, axis]
+                marks[place] = here
                 place += 1
-            if here == 0.0:
-                cap -= 1
-                for axis in range(3):
-                    out[cap, axis] = points[i, axis]
-            before = here
+            last, before = i, here
         # A face in the plane is replaced by the new one.
         if is_kept:
             out_starts[kept] = first
             kept += 1
         else:
             place = first
+        if place > MOST_CORNERS // 2:
+            return False
     out_starts[kept] = place
-    if kept == 0:
-        return False
-    place = add_cap(out, place, cap, plane, sign, room.angles)
-    if place > out_starts[kept]:
-        kept += 1
-        out_starts[kept] = place
-    room.n_faces[target] = kept
-    return kept < MOST_FACES - 1
+    end = add_cap(out, marks, place, plane, sign)
+    out_starts[kept + 1] = end
+    room.n_faces[target] = kept + 1
+    return kept > 2 and end > place and kept < MOST_FACES - 2
 
 
 @inner
-def add_cap(out, place, cap, plane, sign, angles):
-    """Put the corners from `cap` on in order around their middle; return the end of the loop."""
+def add_cap(out, marks, place, plane, sign):
+    """Put the corners with mark 0, those on the plane, in order around their middle.
+
+    They become a loop from `place` on, whose end is returned. Their angles replace the marks.
+    """
     # Look along the axis to which the plane is most nearly perpendicular.
     axis = 0
     for other in range(1, 3):
@@ -146,38 +138,44 @@ def add_cap(out, place, cap, plane, sign, angles):
     u, v = (axis + 1) % 3, (axis + 2) % 3
     # The face looks away from what is kept.
     turn = -sign if plane[axis] > 0.0 else sign
-    n = MOST_CORNERS - cap
-    middle_u, middle_v = 0.0, 0.0
-    for i in range(cap, MOST_CORNERS):
-        middle_u += out[i, u] / n
-        middle_v += out[i, v] / n
-    begin = place
-    for i in range(cap, MOST_CORNERS):
-        x, y, z = out[i, 0], out[i, 1], out[i, 2]
-        angle = turn * math.atan2(out[i, v] - middle_v, out[i, u] - middle_u)
+    n, middle_u, middle_v = 0, 0.0, 0.0
+    for i in range(place):
+        if marks[i] == 0.0:
+            n += 1
+            middle_u += out[i, u]
+            middle_v += out[i, v]
+    end = place
+    for i in range(place):
+        if marks[i] != 0.0:
+            continue
+        angle = turn * math.atan2(out[i, v] - middle_v / n, out[i, u] - middle_u / n)
         # Every corner comes from two faces or more.
-        is_new = True
-        for j in range(begin, place):
-            is_new = is_new and not (out[j, 0] == x and out[j, 1] == y and out[j, 2] == z)
-        if is_new:
-            j = place
-            while j > begin and angles[j - 1] > angle:
-                angles[j] = angles[j - 1]
-                for a in range(3):
-                    out[j, a] = out[j - 1, a]
-                j -= 1
-            angles[j] = angle
-            out[j, 0], out[j, 1], out[j, 2] = x, y, z
-            place += 1
-    return place if place - begin > 2 else begin
+        is_new, j = True, end
+        for k in range(place, end):
+            is_new = is_new and not (
+                out[k, 0] == out[i, 0] and out[k, 1] == out[i, 1] and out[k, 2] == out[i, 2]
+            )
+        if not is_new:
+            continue
+        while j > place and marks[j - 1] > angle:
+            marks[j] = marks[j - 1]
+            for a in range(3):
+                out[j, a] = out[j - 1, a]
+            j -= 1
+        marks[j] = angle
+        for a in range(3):
+            out[j, a] = out[i, a]
+        end += 1
+    return end if end - place > 2 else place
 
 
 @inner
 def side_areas(room, row, plane, position):
     """Return the surface areas of the parts below and above a plane, the cut included.
 
-    The corners' heights must have been measured from the parallel plane at position 0. The outward normals of a closed surface,
-    each as long as its face's area, sum up to zero: so those of the faces below give the cut's.
+    The corners' heights must have been measured from the parallel plane at position 0. The outward
+    normals of a closed surface, each as long as its face's area, sum up to zero: so those of the
+    faces below give the cut's.
     """
     points, starts, heights = room.points[row], room.starts[row], room.heights
     below, above, cut = 0.0, 0.0, 0.0

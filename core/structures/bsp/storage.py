@@ -76,7 +76,7 @@ def bsp_leaf_index(tree, node):
 
 @inner
 def meet_plane(tree, node, frame):
-    """Return early and late t of a ray at a node's plane, and the side it comes from: 0 is below."""
+    """Return early and late t of a ray at a node's plane, and the side it comes from (0 below)."""
     plane = tree.planes[node]
     rate, height, band = 0.0, -plane[3], tree.shell
     for axis in range(3):
