@@ -109,6 +109,14 @@ class Subdivision(Structure):
     def topology(self) -> Topology:
         """Return the boxes of all nodes and what else a figure is made of."""
 
+    def areas(self, nodes: Topology) -> np.ndarray:
+        """Return the surface areas of all cells."""
+        return surface_area(nodes.boxes)
+
+    def volumes(self, nodes: Topology) -> np.ndarray:
+        """Return the volumes of all cells."""
+        return np.prod(nodes.boxes[:, 3:] - nodes.boxes[:, :3], axis=1)
+
     def extra_statistics(self) -> dict[str, Any]:
         """Return figures of this structure only."""
         return {}
@@ -143,7 +151,7 @@ class Subdivision(Structure):
     def statistics(self) -> Statistics:
         """Return the figures of the tree."""
         nodes = self.topology()
-        areas = surface_area(nodes.boxes)
+        areas = self.areas(nodes)
         empty = areas[nodes.is_leaf & (nodes.count == 0)].sum()
         return Statistics.of_cells(
             areas, nodes.is_leaf, nodes.count, nodes.depth, float(areas[0]),
@@ -176,7 +184,7 @@ class Subdivision(Structure):
         )
         if apart.any():
             violations.append("a leaf lists a triangle whose box lies outside it")
-        volume = np.prod(leaves[:, 3:] - leaves[:, :3], axis=1).sum()
+        volume = self.volumes(nodes)[nodes.leaves].sum()
         if not np.isclose(volume, np.prod(tree.box[3:] - tree.box[:3]), rtol=1e-9):
             violations.append("the leaves do not fill the root")
         return violations

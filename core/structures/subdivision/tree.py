@@ -55,9 +55,9 @@ class TreeWorkspace(NamedTuple):
 
     Attributes
     ----------
-    frame : (3, 3) float64
+    frame : (3, 5) float64
         Per axis what :func:`plane_times` needs of the ray: o + slack, o - slack (exchanged for
-        d < 0) and the inverse of d.
+        d < 0) and the inverse of d; and for oblique planes o and d.
     nodes : (STACK,) int32
     enters, exits, lates : (STACK,) float64
         The stack: nodes put aside, with their spans.
@@ -104,7 +104,7 @@ class TreeWorkspace(NamedTuple):
 def make_workspace(mailbox_size: int) -> TreeWorkspace:
     """Return scratch memory for one thread."""
     return TreeWorkspace(
-        frame=np.zeros((3, 3)),
+        frame=np.zeros((3, 5)),
         nodes=np.zeros(STACK, np.int32),
         enters=np.zeros(STACK),
         exits=np.zeros(STACK),
@@ -202,6 +202,8 @@ def set_frame(workspace, ray):
     frame[0, 0], frame[0, 1], frame[0, 2] = ray.low_x, ray.high_x, ray.ix
     frame[1, 0], frame[1, 1], frame[1, 2] = ray.low_y, ray.high_y, ray.iy
     frame[2, 0], frame[2, 1], frame[2, 2] = ray.low_z, ray.high_z, ray.iz
+    frame[0, 3], frame[1, 3], frame[2, 3] = ray.ox, ray.oy, ray.oz
+    frame[0, 4], frame[1, 4], frame[2, 4] = ray.dx, ray.dy, ray.dz
     for axis in range(3):
         if not frame[axis, 2] > 0.0:
             frame[axis, 0], frame[axis, 1] = frame[axis, 1], frame[axis, 0]
