@@ -9,7 +9,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from accelscope.addon import bake, overlay  # noqa: E402
+from accelscope.addon import bake, selection  # noqa: E402
 from accelscope.core.colours import INNER_COLOUR, depth_colours  # noqa: E402
 from accelscope.core.errors import InputError  # noqa: E402
 from accelscope.core.structures.cells import Cells  # noqa: E402
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.bpy
 def display(**changed):
     settings = {
         "depth_min": 0, "depth_max": 100, "leaves_only": False, "hide_empty": False,
-        "opacity": 0.5, "colour_by": "depth",
+        "replay": False, "step": 0, "opacity": 0.5, "colour_by": "depth",
     }  # fmt: skip
     return SimpleNamespace(**(settings | changed))
 
@@ -60,7 +60,7 @@ def read(collection, key, width=1, dtype=float):
 )
 def test_geometry_and_attributes(cells, changed):
     made = bake.bake_cells(bpy.context, cells, display(**changed), "bvh")
-    shown = overlay.visible(cells, display(**changed))
+    shown = selection.visible(cells, display(**changed))
     count = int(shown.sum())
     mesh = made.data
     assert (len(mesh.vertices), len(mesh.edges), len(mesh.polygons)) == (8 * count, 12 * count, 0)

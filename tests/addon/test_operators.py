@@ -90,13 +90,14 @@ def test_step_ray_refuses_a_ray_there_is_not(bpy: Any, traced: Any, root: Any) -
 
 
 def test_path_ends_at_the_hit_and_shows_the_nodes(bpy: Any, traced: Any, current: Any) -> None:
-    from accelscope.addon.ray_path import segments_of
+    from accelscope.core.evaluation.ray_path import Walk, segments_of
 
     structure, rays = current.built.structure, current.traced.rays
     for index in range(0, 500, 50):
         t = current.traced.hits.t[index]
         steps = structure.record(rays, index)
-        segments, colours = segments_of(rays, index, t, steps, current.cells, structure.scene)
+        walk = Walk(structure, current.cells, rays, index, t, steps)
+        segments, colours = segments_of(walk)
         assert segments.shape == (len(colours), 2, 3)
         assert np.isfinite(segments).all()
         tally = steps.tally()

@@ -16,7 +16,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 gpu = pytest.importorskip("gpu")
 
-from accelscope.addon import overlay  # noqa: E402
+from accelscope.addon import overlay, selection  # noqa: E402
 from accelscope.core.colours import INNER_COLOUR, count_colours, depth_colours  # noqa: E402
 from accelscope.core.structures.cells import Cells  # noqa: E402
 from mathutils import Matrix, Vector  # noqa: E402
@@ -29,7 +29,8 @@ WIDTH, HEIGHT = 240, 160
 def display(**changed):
     settings = {
         "show": True, "depth_min": 0, "depth_max": 1_000_000, "leaves_only": False,
-        "hide_empty": False, "opacity": 1.0, "line_width": 1.0, "colour_by": "depth",
+        "hide_empty": False, "tint_empty": False, "planes": False, "replay": False, "step": 0,
+        "opacity": 1.0, "line_width": 1.0, "colour_by": "depth",
     }  # fmt: skip
     return SimpleNamespace(**(settings | changed))
 
@@ -70,10 +71,12 @@ def test_runs_are_the_visible_cells(leaves_only, hide_empty, depths):
     settings = display(
         depth_min=depths[0], depth_max=depths[1], leaves_only=leaves_only, hide_empty=hide_empty
     )
-    sections = overlay._sections(cells)
-    runs = overlay._drawn_runs(sections, settings)
+    sections = selection.sections_of(cells)
+    runs = selection.drawn_runs(sections, settings)
     drawn = np.concatenate([sections.order[first:last] for first, last in runs])
-    np.testing.assert_array_equal(np.sort(drawn), np.flatnonzero(overlay.visible(cells, settings)))
+    np.testing.assert_array_equal(
+        np.sort(drawn), np.flatnonzero(selection.visible(cells, settings))
+    )
     assert len(runs) == 3  # draw calls, whatever the cells
 
 
@@ -90,9 +93,9 @@ def test_too_many_cells_are_cut_in_order_of_importance(monkeypatch):
     cells = random_cells(1000)
     leaves = int((cells.is_leaf & (cells.count > 0)).sum())
     inner = int((~cells.is_leaf).sum())
-    monkeypatch.setattr(overlay, "MAXIMUM_DRAWN", leaves + 10)
+    monkeypatch.setattr(selection, "MAXIMUM_DRAWN", leaves + 10)
     overlay.set_cells(cells)
-    runs = overlay._drawn_runs(overlay._sections(cells), display())
+    runs = selection.drawn_runs(selection.sections_of(cells), display())
     assert [last - first for first, last in runs] == [leaves, 10, 0]
     assert (
         overlay.shown_text(display())
@@ -100,8 +103,8 @@ def test_too_many_cells_are_cut_in_order_of_importance(monkeypatch):
     )
     assert "most" not in overlay.shown_text(display(leaves_only=True, hide_empty=True))
 
-    monkeypatch.setattr(overlay, "MAXIMUM_HELD", leaves + inner + 5)
-    sections = overlay._sections(cells)
+    monkeypatch.setattr(selection, "MAXIMUM_HELD", leaves + inner + 5)
+    sections = selection.sections_of(cells)
     assert len(sections.order) == leaves + inner + 5
     assert sections.ends.tolist() == [leaves, leaves + inner, leaves + inner + 5]
 
@@ -428,10 +431,10 @@ def test_colours_are_those_of_the_ramp(canvas, colour_by):
 
 def test_a_few_levels_take_the_whole_ramp():
     cells = make_cells(np.zeros((9, 6)), depth=np.arange(9), count=np.arange(9))
-    assert overlay.colour_maximum(cells, display()) == 8
-    assert overlay.colour_maximum(cells, display(depth_max=3)) == 3
-    assert overlay.colour_maximum(cells, display(depth_max=3, colour_by="count")) == 8
-    assert overlay.colour_maximum(make_cells(np.zeros((0, 6))), display()) == 0
+    assert selection.colour_maximum(cells, display()) == 8
+    assert selection.colour_maximum(cells, display(depth_max=3)) == 3
+    assert selection.colour_maximum(cells, display(depth_max=3, colour_by="count")) == 8
+    assert selection.colour_maximum(make_cells(np.zeros((0, 6))), display()) == 0
 
 
 def wall(y):
