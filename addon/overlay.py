@@ -65,6 +65,12 @@ class _Drawn:
         return overlay_upload.steps_of(self.cells)
 
     @cached_property
+    def surface(self) -> float:
+        """The surface of the box around all cells."""
+        x, y, z = self.cells.boxes[:, 3:].max(axis=0) - self.cells.boxes[:, :3].min(axis=0)
+        return float(2.0 * (x * y + y * z + z * x))
+
+    @cached_property
     def lines(self) -> overlay_upload.Lines:
         """The edges of all cells, in the order of the sections."""
         _overlay.uploads += 1
@@ -246,38 +252,39 @@ def _draw_faces(tools: _Tools, drawn: _Drawn, display: Any) -> None:
     """Draw the planes, and the faces of empty leaves."""
     cells = drawn.cells
     if display.planes and cells.planes is not None:
-        first, last = selection.depth_run(drawn.plane_depth, display)
-        if last > first:
-            colouring = selection.coloured_by(cells, display)
-            cover = PLANE_COVER * display.opacity
-            shader = _bind_faces(tools, drawn, display, last - first, cover)
-            shader.uniform_float("plain_colour", INNER_COLOUR)
-            if colouring != "count":
-                shader.uniform_int("coloured_by", overlay_shader.COLOURINGS[colouring])
-            shader.uniform_sampler("faces", drawn.plane_faces.faces)
-            _draw_run(shader, tools.triangle, drawn.plane_faces.starts, first, last)
-    if display.tint_empty and len(drawn.empty):
-        first, last = selection.depth_run(cells.depth[drawn.empty], display)
-        if last > first:
-            # A line of sight meets two faces of every cell it crosses.
-            cover = TINT_COVER * display.opacity
-            shader = _bind_faces(tools, drawn, display, 8 * (last - first), cover)
-            shader.uniform_float("plain_colour", EMPTY_TINT)
-            shader.uniform_sampler("faces", drawn.empty_faces.faces)
-            _draw_run(shader, tools.triangle, drawn.empty_faces.starts, first, last)
+        run = selection.depth_run(drawn.plane_depth, display)
+        if run[1] > run[0]:
+            by_count = selection.coloured_by(cells, display) == "count"
+            colour = INNER_COLOUR if by_count else None
+            _draw_some_faces(tools, drawn, display, drawn.plane_faces, run, PLANE_COVER, colour)
+    if display.tint_empty:
+        run = selection.depth_run(cells.depth[drawn.empty], display)
+        if run[1] > run[0]:
+            _draw_some_faces(tools, drawn, display, drawn.empty_faces, run, TINT_COVER, EMPTY_TINT)
 
 
-def _bind_faces(
-    tools: _Tools, drawn: _Drawn, display: Any, count: int, cover: float
-) -> gpu.types.GPUShader:
-    """Bind the shader of so many faces, which cover that share of the view together."""
+def _draw_some_faces(
+    tools: _Tools,
+    drawn: _Drawn,
+    display: Any,
+    faces: overlay_upload.Faces,
+    run: tuple[int, int],
+    cover: float,
+    colour: tuple[float, float, float] | None,
+) -> None:
+    """Draw a run of faces in one colour, or as cells are coloured."""
     shader = tools.faces_shader
     shader.bind()
     overlay_shader.set_view(shader)
     _set_colouring(shader, tools, drawn.cells, display)
-    shader.uniform_int("coloured_by", overlay_shader.COLOURINGS["plain"])
-    shader.uniform_float("opacity", selection.fill_opacity(count, cover))
-    return shader
+    if colour is not None:
+        shader.uniform_int("coloured_by", overlay_shader.COLOURINGS["plain"])
+    shader.uniform_float("plain_colour", colour or INNER_COLOUR)
+    area = faces.area(*run, selection.step_shown(drawn.cells, display))
+    opacity = selection.fill_opacity(area, drawn.surface, cover * display.opacity)
+    shader.uniform_float("opacity", opacity)
+    shader.uniform_sampler("faces", faces.faces)
+    _draw_run(shader, tools.triangle, faces.starts, *run)
 
 
 def _draw_lines(tools: _Tools, drawn: _Drawn, display: Any, pixel_size: float) -> None:

@@ -65,10 +65,21 @@ class Faces(NamedTuple):
         Three texels for each.
     starts : (n + 1,) int64
         Triangles of item i (a cell or a plane) are starts[i] ... starts[i + 1] - 1.
+    areas : (m,) float64
+    steps : (m,) float32
+        Of every triangle: its area, and the step of the building in which it appears.
     """
 
     faces: gpu.types.GPUTexture
     starts: np.ndarray
+    areas: np.ndarray
+    steps: np.ndarray
+
+    def area(self, first: int, last: int, step: int | None) -> float:
+        """Return the area of the items first ... last - 1, as far as they are there by a step."""
+        piece = slice(self.starts[first], self.starts[last])
+        there = 1.0 if step is None else self.steps[piece] <= step
+        return float((self.areas[piece] * there).sum())
 
 
 class Steps(NamedTuple):
@@ -134,14 +145,14 @@ def plane_faces(cells: Cells, steps: Steps, most: int) -> Faces:
     per_plane = np.maximum(np.diff(cells.planes.offsets) - 2, 0)[:most]
     starts = np.concatenate([[0], np.cumsum(per_plane)])
     triangles, owners = triangles[: starts[-1]], owners[: starts[-1]]
-    return Faces(_faces_texture(triangles, cells.depth[owners], steps.divided[owners]), starts)
+    return _faces(triangles, cells.depth[owners], steps.divided[owners], starts)
 
 
 def cell_faces(cells: Cells, places: np.ndarray, steps: Steps) -> Faces:
     """Upload the faces of the cells `places`, which are ascending."""
     triangles, owners = faces_of(cells, places)
     starts = np.searchsorted(owners, np.append(places, len(cells)))
-    return Faces(_faces_texture(triangles, cells.depth[owners], steps.made[owners]), starts)
+    return _faces(triangles, cells.depth[owners], steps.made[owners], starts)
 
 
 # -------------------------------------------------------------------------------------- textures
@@ -166,15 +177,17 @@ def _steps_texture(made: np.ndarray, divided: np.ndarray) -> gpu.types.GPUTextur
     return _texture(texels)
 
 
-def _faces_texture(
-    triangles: np.ndarray, depth: np.ndarray, step: np.ndarray
-) -> gpu.types.GPUTexture:
-    """Upload triangles (n, 3, 3) with their depths and the steps in which they appear."""
+def _faces(
+    triangles: np.ndarray, depth: np.ndarray, steps: np.ndarray, starts: np.ndarray
+) -> Faces:
+    """Upload triangles (m, 3, 3) with their depths and the steps in which they appear."""
     texels = np.zeros((len(triangles), 3, 4), dtype=np.float32)
     texels[:, :, :3] = triangles
     texels[:, 0, 3] = depth
-    texels[:, 1, 3] = step
-    return _texture(texels)
+    texels[:, 1, 3] = steps
+    sides = triangles[:, 1:] - triangles[:, :1]
+    areas = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return Faces(_texture(texels), starts, areas, steps)
 
 
 def ramp_texture() -> gpu.types.GPUTexture:

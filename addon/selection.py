@@ -152,15 +152,18 @@ def colour_maximum(cells: Cells, display: Any) -> int:
     """
     by = coloured_by(cells, display)
     if by == "depth":
-        return max(min(int(cells.depth.max(initial=0)), display.depth_max), 0)
+        step = step_shown(cells, display)
+        depth = cells.depth if step is None else cells.depth[cells.extra["order"] <= step]
+        return max(min(int(depth.max(initial=0)), display.depth_max), 0)
     values = cells.count if by == "count" else cells.extra["order"]
     return int(values.max(initial=0))
 
 
-def fill_opacity(count: int, cover: float) -> float:
-    """Return the opacity of each of so many translucent faces, for an even impression.
+def fill_opacity(area: float, around: float, cover: float) -> float:
+    """Return the opacity of translucent faces that gives any number of them an even impression.
 
-    A line of sight through n cells of a scene meets about the cube root of n of them, whose covers
-    add up like 1 - (1 - a)^k.
+    A random line through a convex body of surface `around` meets 2 A / around of the faces within
+    that have the area A (Cauchy, Crofton). Their covers add up like 1 - (1 - a)^k.
     """
-    return 1.0 - (1.0 - min(cover, 0.999)) ** (max(count, 1) ** (-1.0 / 3.0))
+    met = max(2.0 * area / around, 1.0) if around > 0.0 else 1.0
+    return 1.0 - (1.0 - min(cover, 0.999)) ** (1.0 / met)
