@@ -19,7 +19,7 @@ import bpy
 import gpu
 import numpy as np
 
-from ..core.colours import EMPTY_TINT, INNER_COLOUR
+from ..core.colours import EMPTY_TINT, INNER_COLOUR, face_opacity
 from . import overlay_shader, overlay_upload, selection
 
 if TYPE_CHECKING:  # only the type: its module brings Numba in
@@ -34,7 +34,7 @@ HIDDEN_OPACITY = 0.25
 TINT_COVER = 0.75
 """Share of the view that tinted empty leaves cover together, at full opacity."""
 
-PLANE_COVER = 0.6
+PLANE_COVER = 0.5
 """Share of the view that planes cover together, at full opacity."""
 
 
@@ -281,7 +281,7 @@ def _draw_some_faces(
         shader.uniform_int("coloured_by", overlay_shader.COLOURINGS["plain"])
     shader.uniform_float("plain_colour", colour or INNER_COLOUR)
     area = faces.area(*run, selection.step_shown(drawn.cells, display))
-    opacity = selection.fill_opacity(area, drawn.surface, cover * display.opacity)
+    opacity = face_opacity(area, drawn.surface, cover * display.opacity)
     shader.uniform_float("opacity", opacity)
     shader.uniform_sampler("faces", faces.faces)
     _draw_run(shader, tools.triangle, faces.starts, *run)

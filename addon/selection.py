@@ -157,13 +157,3 @@ def colour_maximum(cells: Cells, display: Any) -> int:
         return max(min(int(depth.max(initial=0)), display.depth_max), 0)
     values = cells.count if by == "count" else cells.extra["order"]
     return int(values.max(initial=0))
-
-
-def fill_opacity(area: float, around: float, cover: float) -> float:
-    """Return the opacity of translucent faces that gives any number of them an even impression.
-
-    A random line through a convex body of surface `around` meets 2 A / around of the faces within
-    that have the area A (Cauchy, Crofton). Their covers add up like 1 - (1 - a)^k.
-    """
-    met = max(2.0 * area / around, 1.0) if around > 0.0 else 1.0
-    return 1.0 - (1.0 - min(cover, 0.999)) ** (1.0 / met)

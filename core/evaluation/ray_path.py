@@ -23,8 +23,8 @@ from ..structures.steps import (
     Steps,
 )
 
-STAR_SIZE = 0.012
-"""Size of the mark of a postponed hit, as a share of the scene's diagonal."""
+STAR_SIZE = 0.02
+"""Size of the marks of hits, as a share of the scene's diagonal."""
 
 VISITS = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
 
@@ -118,8 +118,8 @@ def segments_of(
 
     The ray up to its hit, or until it has left the scene; the edges of every cell it entered (inner
     nodes faint, empty leaves in another colour), or of the region that was skipped from there; the
-    outlines of the triangles tested; a star at every postponed hit and the outline of its triangle;
-    the outline of the triangle that is hit.
+    outlines of the triangles tested; the outline of the triangle that is hit, and a star at the
+    hit; the same in another colour for hits that were postponed.
 
     Parameters
     ----------
@@ -191,9 +191,11 @@ def _triangles(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piec
     postponed = kind == POSTPONE
     yield _sides(walk, np.unique(primitive[kind == TEST])), palette.tested
     yield _sides(walk, np.unique(primitive[postponed])), palette.postponed
-    yield _sides(walk, primitive[postponed | (kind == HIT)][-1:]), palette.found
-    points = walk.at(_up_to(steps.t_enter, event)[postponed])
-    yield stars(points, STAR_SIZE * scene.diagonal), palette.postponed
+    nearest = np.flatnonzero(postponed | (kind == HIT))[-1:]
+    yield _sides(walk, primitive[nearest]), palette.found
+    t, size = _up_to(steps.t_enter, event), STAR_SIZE * scene.diagonal
+    yield stars(walk.at(t[kind == HIT][-1:]), size), palette.found
+    yield stars(walk.at(t[postponed]), size), palette.postponed
 
 
 def _current(walk: Walk, event: int, palette: Palette) -> Iterator[Piece]:
