@@ -304,12 +304,14 @@ def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
     empty = cell[kind == VISIT_EMPTY]
     skipped = np.isin(empty, list(skipped_regions(walk, np.unique(empty))))
     counts = (
-        ("inner", (kind == VISIT_INNER).sum(), "inner nodes"),
-        ("leaf", (kind == VISIT_LEAF).sum(), "leaves with triangles"),
-        ("empty", (~skipped).sum(), "empty leaves"),
-        ("skipped", skipped.sum(), "skips of empty regions"),
-        ("tested", (kind == TEST).sum(), "triangles tested"),
-        ("postponed", (kind == POSTPONE).sum(), "hits postponed"),
-        ("found", (kind == HIT).sum(), "hits accepted"),
+        ("inner", (kind == VISIT_INNER).sum(), "inner node", "inner nodes"),
+        ("leaf", (kind == VISIT_LEAF).sum(), "leaf with triangles", "leaves with triangles"),
+        ("empty", (~skipped).sum(), "empty leaf", "empty leaves"),
+        ("skipped", skipped.sum(), "skip of an empty region", "skips of empty regions"),
+        ("tested", (kind == TEST).sum(), "triangle tested", "triangles tested"),
+        ("postponed", (kind == POSTPONE).sum(), "hit postponed", "hits postponed"),
+        ("found", (kind == HIT).sum(), "hit accepted", "hits accepted"),
     )
-    return [(name, f"{count} {text}") for name, count, text in counts if count]
+    return [
+        (name, f"{count} {one if count == 1 else more}") for name, count, one, more in counts if count
+    ]

@@ -103,18 +103,21 @@ class View:
         """
         background = self.image if over is None else over
         column, row, depth, number = self._sample(segments, width)
-        behind = depth > self.depth[row, column] * (1 + 2e-4) + 1e-12
-        # Far ones first, so that of several lines in one pixel the nearest stays. Of lines that
-        # coincide, the last one counts as a little nearer.
-        depth *= 1.0 - 1e-4 * number / max(len(segments), 1)
-        order = np.lexsort((-depth, ~behind))
-        column, row, behind, number = (each[order] for each in (column, row, behind, number))
+        pixel = row * self.width + column
+        behind = depth > self.depth.ravel()[pixel] * (1 + 2e-4) + 1e-12
+        # Of several lines in one pixel the nearest is seen, if it is not behind the mesh while
+        # another one is not. Of lines that coincide, the last one counts as a little nearer.
+        rank = depth.min(initial=np.inf) / depth * (1.0 + 1e-4 * number / max(len(segments), 1))
+        rank[~behind] += 2.0
+        best = np.zeros(self.depth.size)
+        np.maximum.at(best, pixel, rank)
+        seen = rank == best[pixel]
+        pixel, number, behind = pixel[seen], number[seen], behind[seen]
         opacity = np.where(behind, hidden, 1.0)[:, None]
         if colours.shape[1] == 4:
             opacity = opacity * colours[number, 3:]
-        canvas = background.copy()
-        ink = (1 - opacity) * background[row, column] + opacity * colours[number, :3]
-        canvas[row, column] = ink
+        canvas = background.reshape(-1, 3).copy()
+        canvas[pixel] = (1 - opacity) * canvas[pixel] + opacity * colours[number, :3]
         shape = (HEIGHT, SUPERSAMPLING, WIDTH, SUPERSAMPLING, 3)
         return canvas.reshape(shape).mean(axis=(1, 3))
 
