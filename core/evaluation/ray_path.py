@@ -313,5 +313,7 @@ def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
         ("found", (kind == HIT).sum(), "hit accepted", "hits accepted"),
     )
     return [
-        (name, f"{count} {one if count == 1 else more}") for name, count, one, more in counts if count
+        (name, f"{count} {one if count == 1 else more}")
+        for name, count, one, more in counts
+        if count
     ]

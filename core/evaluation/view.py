@@ -232,7 +232,7 @@ class View:
         relative = segments - self.camera.position
         x, y, z = (relative @ axis for axis in self.axes)
         # Clip at a plane just in front of the camera.
-        near = 1e-6 * np.abs(z).max()
+        near = 1e-6 * np.abs(z).max(initial=0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip((near - z[:, 0]) / (z[:, 1] - z[:, 0]), 0.0, 1.0)
         for end, outside in ((0, z[:, 0] < near), (1, z[:, 1] < near)):

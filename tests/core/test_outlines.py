@@ -161,7 +161,9 @@ def test_marks():
     np.testing.assert_allclose(star.mean(axis=1), np.repeat(points, 3, axis=0))
     np.testing.assert_allclose(np.linalg.norm(star[:, 1] - star[:, 0], axis=1), 0.5)
 
-    segments = np.array([[[0, 0, 0], [0, 0, 2.0]], [[1, 1, 1], [4, 5, 1.0]], [[3, 3, 3], [3, 3, 3]]])
+    segments = np.array(
+        [[[0, 0, 0], [0, 0, 2.0]], [[1, 1, 1], [4, 5, 1.0]], [[3, 3, 3], [3, 3, 3]]]
+    )
     drawn = arrows(segments).reshape(5, 3, 2, 3)
     np.testing.assert_array_equal(drawn[0], segments)
     assert np.isfinite(drawn).all()
