@@ -93,7 +93,7 @@ class Walk(NamedTuple):
     cells : Cells
         Of the structure.
     rays : Rays
-    index : int
+    ray : int
         Number of the ray in `rays`.
     t_hit : float
         Ray parameter of the hit, inf for a miss.
@@ -102,13 +102,13 @@ class Walk(NamedTuple):
     structure: Structure
     cells: Cells
     rays: Rays
-    index: int
+    ray: int
     t_hit: float
     steps: Steps
 
     def at(self, t: np.ndarray) -> np.ndarray:
         """Return points (n, 3) on the ray."""
-        return self.rays.origins[self.index] + t[:, None] * self.rays.directions[self.index]
+        return self.rays.origins[self.ray] + t[:, None] * self.rays.directions[self.ray]
 
 
 def segments_of(
@@ -179,7 +179,7 @@ def _cells(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
 
 def skipped_regions(walk: Walk, numbers: np.ndarray) -> dict[int, np.ndarray]:
     """Return the boxes that the ray passes in one step, by the number of the cell where it does."""
-    direction = walk.rays.directions[walk.index]
+    direction = walk.rays.directions[walk.ray]
     found = {number: walk.structure.region(number, direction) for number in numbers.tolist()}
     return {number: region for number, region in found.items() if region is not None}
 
@@ -226,12 +226,12 @@ def _sides(walk: Walk, primitives: np.ndarray) -> np.ndarray:
 
 def _until_outside(walk: Walk) -> float:
     """Return a ray parameter at which a ray that hits nothing has left the scene, or its t_max."""
-    scene, rays, index = walk.structure.scene, walk.rays, walk.index
-    direction = rays.directions[index]
-    to_centre = 0.5 * (scene.lower + scene.upper) - rays.origins[index]
+    scene, rays, ray = walk.structure.scene, walk.rays, walk.ray
+    direction = rays.directions[ray]
+    to_centre = 0.5 * (scene.lower + scene.upper) - rays.origins[ray]
     length = np.linalg.norm(direction)
     nearest = max(float(to_centre @ direction) / length, 0.0)
-    return min((nearest + 0.75 * scene.diagonal) / float(length), float(rays.t_max[index]))
+    return min((nearest + 0.75 * scene.diagonal) / float(length), float(rays.t_max[ray]))
 
 
 # ---------------------------------------------------------------------------------------- links

@@ -83,7 +83,7 @@ def test_postponed_hits_are_marked_where_they_are(walks):
         segments = drawn(walk, "postponed")
         assert len(segments) == 3 * n + 3 * len(triangles)
         centres = segments[len(segments) - 3 * n :].mean(axis=1)
-        ray = walk.rays.origins[walk.index], walk.rays.directions[walk.index]
+        ray = walk.rays.origins[walk.ray], walk.rays.directions[walk.ray]
         expected = ray[0] + steps.t_enter[postponed, None] * ray[1]
         np.testing.assert_allclose(centres, np.repeat(expected, 3, axis=0), atol=1e-12)
         marked += n
@@ -138,7 +138,7 @@ def test_a_skipped_region_stands_for_its_cell(walks):
     ends = drawn(walk, "skipped").reshape(24, 3)
     assert (*ends.min(axis=0), *ends.max(axis=0)) == tuple(region)
     assert len(drawn(walk, "empty")) == 12 * (len(empty) - 1)
-    assert (directions[0] == walk.rays.directions[walk.index]).all()
+    assert (directions[0] == walk.rays.directions[walk.ray]).all()
     assert cells.is_leaf[cells.numbers == first].all()
     texts = dict(legend(walk))
     assert texts["skipped"] == "1 skip of an empty region"
