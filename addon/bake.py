@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 import bpy
 import numpy as np
 
-from ..core.colours import INNER_COLOUR, count_colours, depth_colours
+from ..core.colours import INNER_COLOUR, count_colours, depth_colours, ramp
 from ..core.errors import InputError
 from ..core.memory import refuse_if_too_large
-from .overlay import colour_maximum, coloured_by_count, visible
-from .overlay_shader import EDGES, EMPTY_OPACITY, UNIT_CORNERS
+from ..core.outlines import wires_of
+from .overlay_shader import EMPTY_OPACITY
+from .selection import colour_maximum, coloured_by, visible
 
 if TYPE_CHECKING:  # only the type: its module brings Numba in
     from ..core.structures.cells import Cells
@@ -23,12 +24,13 @@ def bake_cells(context: bpy.types.Context, cells: Cells, display: Any, name: str
     """Make one mesh of the edges of all cells that the display settings show.
 
     Its points carry the attributes number, depth, count (int), is_leaf (bool) and colour (float
-    colour), as the overlay shows them, for shaders, geometry nodes and the spreadsheet.
+    colour), as the overlay shows them, for shaders, geometry nodes and the spreadsheet. Cells that
+    are no boxes are baked as the polyhedra they are.
 
     Parameters
     ----------
     display : object
-        Attributes depth_min, depth_max, leaves_only, hide_empty, opacity, colour_by.
+        Attributes depth_min, depth_max, leaves_only, hide_empty, replay, step, opacity, colour_by.
     name : str
         Of the object; Blender adds a number to one that exists.
 
@@ -50,21 +52,15 @@ def bake_cells(context: bpy.types.Context, cells: Cells, display: Any, name: str
         f"baking {len(shown)} cells",
         "narrow the depth range or hide empty cells",
     )
-    boxes = cells.boxes[shown]
-    lower, upper = boxes[:, None, :3], boxes[:, None, 3:]
-    points = np.where(UNIT_CORNERS == 0.0, lower, upper)
-    edges = 8 * np.arange(len(shown), dtype=np.int32)[:, None, None] + EDGES
+    wires = wires_of(cells, shown)
     attributes = {
-        "number": ("INT", cells.numbers[shown]),
-        "depth": ("INT", cells.depth[shown]),
-        "count": ("INT", cells.count[shown]),
-        "is_leaf": ("BOOLEAN", cells.is_leaf[shown]),
-        "colour": ("FLOAT_COLOR", _colours(cells, display)[shown]),
+        "number": ("INT", cells.numbers[wires.owners]),
+        "depth": ("INT", cells.depth[wires.owners]),
+        "count": ("INT", cells.count[wires.owners]),
+        "is_leaf": ("BOOLEAN", cells.is_leaf[wires.owners]),
+        "colour": ("FLOAT_COLOR", _colours(cells, display)[wires.owners]),
     }
-    per_point = {
-        key: (kind, np.repeat(each, 8, axis=0)) for key, (kind, each) in attributes.items()
-    }
-    return _edges_object(context, name, points, edges, per_point)
+    return _edges_object(context, name, wires.points, wires.edges, attributes)
 
 
 def bake_paths(
@@ -98,10 +94,13 @@ def _colours(cells: Cells, display: Any) -> np.ndarray:
     """Return the colour of every cell as the overlay shows it, (n, 4), linear."""
     maximum = colour_maximum(cells, display)
     faint = cells.is_leaf & (cells.count == 0)
-    if coloured_by_count(cells, display):
+    colouring = coloured_by(cells, display)
+    if colouring == "count":
         rgb = count_colours(cells.count, maximum)
         rgb[~cells.is_leaf] = INNER_COLOUR
         faint |= ~cells.is_leaf
+    elif colouring == "order":
+        rgb = ramp(cells.extra["order"] / max(maximum, 1))
     else:
         rgb = depth_colours(cells.depth, maximum)
     alpha = np.where(faint, display.opacity * EMPTY_OPACITY, display.opacity)

@@ -1,8 +1,10 @@
 """The overlay: cells and ray paths over the scene in every 3D viewport.
 
 Cells are uploaded once, at the first draw after :func:`set_cells`, in three sections: leaves with
-primitives, inner nodes, empty leaves, each sorted by depth. So whatever the display settings ask
-for is one run of cells per section, which is drawn with one call; moving a slider uploads nothing.
+primitives, inner nodes, empty leaves, each sorted by depth (:mod:`.selection`). So whatever the
+display settings ask for is one run of cells per section, which is drawn with one call; moving a
+slider uploads nothing. The same goes for the planes that cut cells, and for the faces of empty
+leaves; both are uploaded when they are asked for the first time.
 
 Nothing here holds a reference to Blender's data, so undo, file load and deleted objects do no harm.
 """
@@ -10,22 +12,18 @@ Nothing here holds a reference to Blender's data, so undo, file load and deleted
 from __future__ import annotations
 
 import traceback
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 import gpu
 import numpy as np
 
-from . import overlay_shader
+from ..core.colours import EMPTY_TINT, INNER_COLOUR, face_opacity
+from . import overlay_shader, overlay_upload, selection
 
 if TYPE_CHECKING:  # only the type: its module brings Numba in
     from ..core.structures.cells import Cells
-
-MAXIMUM_DRAWN = 500_000
-"""Cells drawn at most; of more, leaves come first, then inner nodes, then the shallow ones."""
-
-MAXIMUM_HELD = 4_000_000
-"""Cells uploaded at most, 32 bytes each."""
 
 PATH_WIDTH = 2.0
 """Width of paths in pixels beyond that of cells."""
@@ -33,35 +31,74 @@ PATH_WIDTH = 2.0
 HIDDEN_OPACITY = 0.25
 """Opacity of those parts of paths that lie behind something."""
 
+TINT_COVER = 0.75
+"""Share of the view that tinted empty leaves cover together, at full opacity."""
 
-class _Sections(NamedTuple):
-    """Cells in the order of their upload.
-
-    Attributes
-    ----------
-    order : (n,) int
-        Index of each cell in `Cells`.
-    depth : (n,) int32
-        Ascending within each section.
-    ends : (3,) int
-        Where each section ends: leaves with primitives, inner nodes, empty leaves.
-    total : int
-        Cells there are, uploaded or not.
-    """
-
-    order: np.ndarray
-    depth: np.ndarray
-    ends: np.ndarray
-    total: int
+PLANE_COVER = 0.5
+"""Share of the view that planes cover together, at full opacity."""
 
 
 class _Tools(NamedTuple):
     """What the graphics card holds whatever there is to draw."""
 
     cells_shader: gpu.types.GPUShader
+    faces_shader: gpu.types.GPUShader
     paths_shader: gpu.types.GPUShader
     cube: gpu.types.GPUBatch
+    edge: gpu.types.GPUBatch
+    triangle: gpu.types.GPUBatch
     colours: gpu.types.GPUTexture
+
+
+class _Drawn:
+    """The cells to draw, and what of them is on the graphics card: each part once it is needed."""
+
+    def __init__(self, cells: Cells) -> None:
+        self.cells = cells
+        self.sections = selection.sections_of(cells)
+        if cells.planes is not None:
+            self.plane_depth = cells.depth[cells.planes.owners[: selection.MAXIMUM_FILLED]]
+
+    @cached_property
+    def steps(self) -> overlay_upload.Steps:
+        """When cells were made and divided."""
+        return overlay_upload.steps_of(self.cells)
+
+    @cached_property
+    def surface(self) -> float:
+        """The surface of the box around all cells."""
+        x, y, z = self.cells.boxes[:, 3:].max(axis=0) - self.cells.boxes[:, :3].min(axis=0)
+        return float(2.0 * (x * y + y * z + z * x))
+
+    @cached_property
+    def lines(self) -> overlay_upload.Lines:
+        """The edges of all cells, in the order of the sections."""
+        _overlay.uploads += 1
+        return overlay_upload.cell_lines(self.cells, self.sections.order, self.steps)
+
+    @cached_property
+    def plane_lines(self) -> overlay_upload.Lines:
+        """The outlines of the planes."""
+        _overlay.uploads += 1
+        return overlay_upload.plane_lines(self.cells, self.steps, len(self.plane_depth))
+
+    @cached_property
+    def plane_faces(self) -> overlay_upload.Faces:
+        """The planes."""
+        _overlay.uploads += 1
+        return overlay_upload.plane_faces(self.cells, self.steps, len(self.plane_depth))
+
+    @cached_property
+    def empty(self) -> np.ndarray:
+        """Places of the empty leaves that may be tinted."""
+        _, first, last = self.sections.ends
+        return self.sections.order[first:last][: selection.MAXIMUM_FILLED]
+
+    @cached_property
+    def empty_faces(self) -> overlay_upload.Faces:
+        """The faces of those leaves."""
+        _overlay.uploads += 1
+        return overlay_upload.cell_faces(self.cells, self.empty, self.steps)
 
 
 class _Overlay:
@@ -71,12 +108,10 @@ class _Overlay:
         self.handler: Any = None
         self.failed = False
         self.uploads = 0
-        self.cells: Cells | None = None
-        self.sections: _Sections | None = None
-        self.paths: tuple[np.ndarray, np.ndarray] | None = None
-        # What is on the graphics card, None when it is to be uploaded at the next draw.
         self.tools: _Tools | None = None
-        self.uploaded_cells: gpu.types.GPUTexture | None = None
+        self.drawn: _Drawn | None = None
+        self.paths: tuple[np.ndarray, np.ndarray] | None = None
+        # None when it is to be uploaded at the next draw.
         self.uploaded_paths: gpu.types.GPUBatch | None = None
 
 
@@ -109,9 +144,7 @@ def disable() -> None:
 def set_cells(cells: Cells | None) -> None:
     """Show these cells from the next draw on, or none."""
     _overlay.failed = False
-    _overlay.cells = cells
-    _overlay.sections = None if cells is None else _sections(cells)
-    _overlay.uploaded_cells = None
+    _overlay.drawn = None if cells is None else _Drawn(cells)
     tag_redraw()
 
 
@@ -149,78 +182,8 @@ def tag_redraw() -> None:
 
 def shown_text(display: Any) -> str:
     """Say how many cells the display settings show: ``"showing 1 203 of 4 096 cells"``."""
-    sections = _overlay.sections
-    if sections is None:
-        return "no cells"
-    wanted = sum(last - first for first, last in _runs(sections, display))
-    shown = sum(last - first for first, last in _drawn_runs(sections, display))
-    text = f"showing {_spaced(shown)} of {_spaced(sections.total)} cells"
-    if shown < wanted or len(sections.order) < sections.total:
-        text += f" (at most {_spaced(MAXIMUM_DRAWN)} are drawn)"
-    return text
-
-
-def visible(cells: Cells, display: Any) -> np.ndarray:
-    """Return which cells the display settings let through, (n,) bool."""
-    shown = (cells.depth >= display.depth_min) & (cells.depth <= display.depth_max)
-    if display.leaves_only:
-        shown &= cells.is_leaf
-    if display.hide_empty:
-        shown &= ~(cells.is_leaf & (cells.count == 0))
-    return shown
-
-
-def coloured_by_count(cells: Cells, display: Any) -> bool:
-    """Say whether colours show counts: by choice, or because all cells have the same depth."""
-    return display.colour_by == "count" or int(cells.depth.max(initial=0)) == 0
-
-
-def colour_maximum(cells: Cells, display: Any) -> int:
-    """Return the depth or count that gets the last colour of the ramp.
-
-    The depth only up to the deepest that is shown: a few levels take the whole ramp.
-    """
-    if coloured_by_count(cells, display):
-        return int(cells.count.max(initial=0))
-    return max(min(int(cells.depth.max(initial=0)), display.depth_max), 0)
-
-
-def _spaced(number: int) -> str:
-    return f"{number:,}".replace(",", " ")
-
-
-def _sections(cells: Cells) -> _Sections:
-    """Sort cells into the three sections; within each they stay sorted by depth."""
-    empty = cells.is_leaf & (cells.count == 0)
-    parts = [np.flatnonzero(part) for part in (cells.is_leaf & ~empty, ~cells.is_leaf, empty)]
-    order = np.concatenate(parts)[:MAXIMUM_HELD]
-    ends = np.minimum(np.cumsum([len(part) for part in parts]), len(order))
-    return _Sections(order, cells.depth[order], ends, len(cells))
-
-
-def _runs(sections: _Sections, display: Any) -> list[tuple[int, int]]:
-    """Return the cells to draw in each section as (first, last + 1)."""
-    runs = []
-    first = 0
-    hidden = (False, display.leaves_only, display.hide_empty)
-    for end, is_hidden in zip(sections.ends.tolist(), hidden):
-        depth = sections.depth[first:end]
-        low = int(np.searchsorted(depth, display.depth_min, side="left"))
-        high = int(np.searchsorted(depth, display.depth_max, side="right"))
-        runs.append((first, first) if is_hidden else (first + low, first + max(low, high)))
-        first = end
-    return runs
-
-
-def _drawn_runs(sections: _Sections, display: Any) -> list[tuple[int, int]]:
-    """Return the runs cut to MAXIMUM_DRAWN cells in all."""
-    left = MAXIMUM_DRAWN
-    runs = []
-    for first, last in _runs(sections, display):
-        last = min(last, first + left)
-        left -= last - first
-        runs.append((first, last))
-    return runs
+    drawn = _overlay.drawn
+    return selection.shown_text(drawn.cells, drawn.sections, display) if drawn else "no cells"
 
 
 # ---------------------------------------------------------------------------------- drawing
@@ -250,25 +213,30 @@ def draw(display: Any, pixel_size: float = 1.0) -> None:
     Parameters
     ----------
     display : object
-        Attributes show, depth_min, depth_max, leaves_only, hide_empty, opacity, line_width,
-        colour_by ("depth" or "count").
+        Attributes show, depth_min, depth_max, leaves_only, hide_empty, tint_empty, planes,
+        replay, step, opacity, line_width, colour_by ("depth", "count" or "order").
     pixel_size : float
         Pixels per unit of line width: 2 on a screen of high resolution.
     """
-    if not display.show or (_overlay.sections is None and _overlay.paths is None):
+    if not display.show or (_overlay.drawn is None and _overlay.paths is None):
         return
     if _overlay.tools is None:
         _overlay.tools = _Tools(
-            overlay_shader.cells_shader(), overlay_shader.paths_shader(),
-            overlay_shader.cube_batch(), overlay_shader.ramp_texture(),
+            overlay_shader.cells_shader(), overlay_shader.faces_shader(),
+            overlay_shader.paths_shader(), overlay_upload.cube_batch(),
+            overlay_upload.edge_batch(), overlay_upload.triangle_batch(),
+            overlay_upload.ramp_texture(),
         )  # fmt: skip
     before = gpu.state.blend_get(), gpu.state.depth_test_get(), gpu.state.depth_mask_get()
     gpu.state.blend_set("ALPHA")
     # Without the soft edges of one line cutting holes into the next.
     gpu.state.depth_mask_set(False)
+    gpu.state.depth_test_set("LESS_EQUAL")
     try:
-        if _overlay.sections is not None:
-            _draw_cells(_overlay.tools, _overlay.sections, display, pixel_size)
+        if _overlay.drawn is not None:
+            # Faces first: lines stay crisp on top of them.
+            _draw_faces(_overlay.tools, _overlay.drawn, display)
+            _draw_lines(_overlay.tools, _overlay.drawn, display, pixel_size)
         if _overlay.paths is not None:
             _draw_paths(_overlay.tools, _overlay.paths, display, pixel_size)
     finally:
@@ -280,32 +248,93 @@ def draw(display: Any, pixel_size: float = 1.0) -> None:
         gpu.shader.from_builtin("UNIFORM_COLOR").bind()
 
 
-def _draw_cells(tools: _Tools, sections: _Sections, display: Any, pixel_size: float) -> None:
-    runs = _drawn_runs(sections, display)
-    if all(first == last for first, last in runs):
-        return
-    cells = _overlay.cells
-    assert cells is not None
-    if _overlay.uploaded_cells is None:
-        _overlay.uploads += 1
-        _overlay.uploaded_cells = overlay_shader.cells_texture(cells, sections.order)
-    shader = tools.cells_shader
-    by_count = coloured_by_count(cells, display)
+def _draw_faces(tools: _Tools, drawn: _Drawn, display: Any) -> None:
+    """Draw the planes, and the faces of empty leaves."""
+    cells = drawn.cells
+    if display.planes and cells.planes is not None:
+        run = selection.depth_run(drawn.plane_depth, display)
+        if run[1] > run[0]:
+            by_count = selection.coloured_by(cells, display) == "count"
+            colour = INNER_COLOUR if by_count else None
+            _draw_some_faces(tools, drawn, display, drawn.plane_faces, run, PLANE_COVER, colour)
+    if display.tint_empty:
+        run = selection.depth_run(cells.depth[drawn.empty], display)
+        if run[1] > run[0]:
+            _draw_some_faces(tools, drawn, display, drawn.empty_faces, run, TINT_COVER, EMPTY_TINT)
+
+
+def _draw_some_faces(
+    tools: _Tools,
+    drawn: _Drawn,
+    display: Any,
+    faces: overlay_upload.Faces,
+    run: tuple[int, int],
+    cover: float,
+    colour: tuple[float, float, float] | None,
+) -> None:
+    """Draw a run of faces in one colour, or as cells are coloured."""
+    shader = tools.faces_shader
+    shader.bind()
+    overlay_shader.set_view(shader)
+    _set_colouring(shader, tools, drawn.cells, display)
+    if colour is not None:
+        shader.uniform_int("coloured_by", overlay_shader.COLOURINGS["plain"])
+    shader.uniform_float("plain_colour", colour or INNER_COLOUR)
+    area = faces.area(*run, selection.step_shown(drawn.cells, display))
+    opacity = face_opacity(area, drawn.surface, cover * display.opacity)
+    shader.uniform_float("opacity", opacity)
+    shader.uniform_sampler("faces", faces.faces)
+    _draw_run(shader, tools.triangle, faces.starts, *run)
+
+
+def _draw_lines(tools: _Tools, drawn: _Drawn, display: Any, pixel_size: float) -> None:
+    """Draw the outlines of planes, and the edges of cells."""
+    cells = drawn.cells
     width = display.line_width * pixel_size
-    gpu.state.depth_test_set("LESS_EQUAL")
+    shader = tools.cells_shader
     shader.bind()
     overlay_shader.set_view(shader, width)
+    _set_colouring(shader, tools, cells, display)
     shader.uniform_float("opacity", display.opacity * min(width, 1.0))
-    shader.uniform_int("by_count", by_count)
-    shader.uniform_float("maximum", float(max(colour_maximum(cells, display), 1)))
-    shader.uniform_sampler("cells", _overlay.uploaded_cells)
-    shader.uniform_sampler("colours", tools.colours)
-    # Backwards: what matters most comes last, and so on top.
-    for first, last in reversed(runs):
+    shader.uniform_int("leaves_only", 0)
+    if display.planes and cells.planes is not None:
+        first, last = selection.depth_run(drawn.plane_depth, display)
         if last > first:
-            # Our own offset: whether gl_InstanceID counts from instance_start differs.
-            shader.uniform_int("first_cell", first)
-            tools.cube.draw_instanced(shader, instance_count=last - first)
+            shader.uniform_sampler("cells", drawn.plane_lines.cells)
+            shader.uniform_sampler("steps", drawn.plane_lines.steps)
+            _draw_run(shader, tools.edge, drawn.plane_lines.starts, first, last)
+
+    shader.uniform_int("leaves_only", display.leaves_only)
+    replayed = selection.step_shown(cells, display) is not None
+    # Backwards: what matters most comes last, and so on top.
+    for first, last in reversed(selection.drawn_runs(drawn.sections, display, replayed)):
+        if last > first:
+            shader.uniform_sampler("cells", drawn.lines.cells)
+            shader.uniform_sampler("steps", drawn.lines.steps)
+            shape = tools.cube if drawn.lines.are_boxes else tools.edge
+            _draw_run(shader, shape, drawn.lines.starts, first, last)
+
+
+def _set_colouring(shader: gpu.types.GPUShader, tools: _Tools, cells: Cells, display: Any) -> None:
+    """Set the uniforms that say what colours mean, and which step of the building is shown."""
+    step = selection.step_shown(cells, display)
+    shader.uniform_int("shown_step", -1 if step is None else step)
+    colouring = selection.coloured_by(cells, display)
+    shader.uniform_int("coloured_by", overlay_shader.COLOURINGS[colouring])
+    shader.uniform_float("maximum", float(max(selection.colour_maximum(cells, display), 1)))
+    shader.uniform_sampler("colours", tools.colours)
+
+
+def _draw_run(
+    shader: gpu.types.GPUShader, shape: gpu.types.GPUBatch, starts: np.ndarray, first: int,
+    last: int,
+) -> None:  # fmt: skip
+    """Draw the shapes of the items first ... last - 1."""
+    begin, end = int(starts[first]), int(starts[last])
+    if end > begin:
+        # Our own offset: whether gl_InstanceID counts from instance_start differs.
+        shader.uniform_int("first", begin)
+        shape.draw_instanced(shader, instance_count=end - begin)
 
 
 def _draw_paths(
@@ -314,7 +343,7 @@ def _draw_paths(
     if _overlay.uploaded_paths is None:
         _overlay.uploads += 1
         segments, colours = paths
-        _overlay.uploaded_paths = overlay_shader.line_batch(segments[:, 0], segments[:, 1], colours)
+        _overlay.uploaded_paths = overlay_upload.line_batch(segments[:, 0], segments[:, 1], colours)
     shader = tools.paths_shader
     shader.bind()
     overlay_shader.set_view(shader, (display.line_width + PATH_WIDTH) * pixel_size)

@@ -1,33 +1,31 @@
-"""GPU side of the overlay: the line shaders, and what they read from the graphics card.
+"""The shaders of the overlay: lines of any width, and translucent faces.
 
 Blender's Python has no per-instance vertex buffer, so boxes lie in a texture, two texels each, and
-one unit cube is drawn once per box. Lines wider than one pixel are not portable (Metal and Vulkan
-have none): every edge is a rectangle, made in the vertex shader to face the viewer, with an edge
-that fades over one pixel instead of stairs.
+one unit cube is drawn once per box (see :mod:`.overlay_upload`). Lines wider than one pixel are not
+portable (Metal and Vulkan have none): every edge is a rectangle, made in the vertex shader to face
+the viewer, with an edge that fades over one pixel instead of stairs.
+
+A second texture holds the steps of the building: in which one each cell was made, and in which it
+was divided. So a part of the building is shown without uploading anything.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import gpu
-import numpy as np
 
-from ..core.colours import INNER_COLOUR, ramp
+from ..core.colours import INNER_COLOUR, NEWEST_COLOUR
 
-if TYPE_CHECKING:  # only the type: its module brings Numba in
-    from ..core.structures.cells import Cells
-
-TEXTURE_WIDTH = 4096
-"""Texels in a row of the texture of boxes; even, and within the limits of every graphics card."""
+TEXTURE_WIDTH = 4092
+"""Texels in a row of a texture: a multiple of two and three that every graphics card can hold."""
 
 RAMP_SIZE = 256
 """Colours in the texture of the ramp."""
 
+COLOURINGS = {"depth": 0, "count": 1, "order": 2, "plain": 3}
+"""What a colour is made of, as the shaders know it."""
+
 EMPTY_OPACITY = 0.3
 """Opacity of empty cells, and of inner nodes when colouring by count, relative to the others."""
-
-_VIEW_CONSTANTS = (("VEC2", "viewport"), ("FLOAT", "width"), ("FLOAT", "perspective"))
 
 # `place` puts one corner of the rectangle around the edge from a to b, and tells how far across
 # the edge it lies, in pixels. `corner` is (0 at a or 1 at b, -1 or 1 for the side).
@@ -42,7 +40,7 @@ vec4 place(vec3 a, vec3 b, vec2 corner, out float distance_across)
   float p_depth = p.z + p.w;
   float q_depth = q.z + q.w;
   if (p_depth <= 0.0 && q_depth <= 0.0) {
-    return vec4(2.0, 2.0, 2.0, 1.0);
+    return NOWHERE;
   }
   if (p_depth < 0.0) {
     p = mix(p, q, p_depth / (p_depth - q_depth));
@@ -70,26 +68,83 @@ vec4 place(vec3 a, vec3 b, vec2 corner, out float distance_across)
 }
 """
 
+# Texel number i of a texture, and a colour of the ramp.
+_FETCH = """
+#define TEXEL(data, i) texelFetch(data, ivec2((i) % TEXTURE_WIDTH, (i) / TEXTURE_WIDTH), 0)
+
+vec3 ramp_colour(float fraction)
+{
+  int texel = int(clamp(fraction, 0.0, 1.0) * float(RAMP_SIZE - 1) + 0.5);
+  return texelFetch(colours, ivec2(texel, 0), 0).rgb;
+}
+"""
+
 _CELLS_VERTEX = """
 void main()
 {
-  int texel = 2 * (first_cell + gl_InstanceID);
-  ivec2 at = ivec2(texel % TEXTURE_WIDTH, texel / TEXTURE_WIDTH);
-  vec4 lower = texelFetch(cells, at, 0);
-  vec4 upper = texelFetch(cells, at + ivec2(1, 0), 0);
+  int item = first + gl_InstanceID;
+  vec4 lower = TEXEL(cells, 2 * item);
+  vec4 upper = TEXEL(cells, 2 * item + 1);
   gl_Position = place(
       mix(lower.xyz, upper.xyz, start), mix(lower.xyz, upper.xyz, end), corner, distance_across);
 
   // lower.w is the depth, upper.w the number of primitives, -1 for an inner node.
-  float fraction = (by_count != 0) ? log(1.0 + max(upper.w, 0.0)) / log(1.0 + maximum) :
-                                     lower.w / maximum;
-  int step_of_ramp = int(clamp(fraction, 0.0, 1.0) * float(RAMP_SIZE - 1) + 0.5);
-  line_colour = vec4(texelFetch(colours, ivec2(step_of_ramp, 0), 0).rgb, opacity);
+  bool is_inner = upper.w < 0.0;
+  float fraction = lower.w / maximum;
+  if (coloured_by == BY_COUNT) {
+    fraction = log(1.0 + max(upper.w, 0.0)) / log(1.0 + maximum);
+  }
+  line_colour = vec4(1.0, 1.0, 1.0, opacity);
+  if (coloured_by == BY_ORDER || shown_step >= 0) {
+    // When the cell was made, and when it was divided.
+    vec4 when = TEXEL(steps, item);
+    if (coloured_by == BY_ORDER) {
+      fraction = when.x / maximum;
+    }
+    if (shown_step >= 0) {
+      is_inner = when.y <= float(shown_step);
+      if (when.x > float(shown_step) || (is_inner && leaves_only != 0)) {
+        gl_Position = NOWHERE;
+      }
+    }
+  }
+  line_colour.rgb = ramp_colour(fraction);
   if (upper.w == 0.0) {
     line_colour.a *= EMPTY_OPACITY;
   }
-  if (by_count != 0 && upper.w < 0.0) {
+  if (coloured_by == BY_COUNT && upper.w < 0.0) {
     line_colour = vec4(INNER_COLOUR, opacity * EMPTY_OPACITY);
+  }
+  if (shown_step > 0 && TEXEL(steps, item).x == float(shown_step)) {
+    line_colour = vec4(NEWEST_COLOUR, 1.0);
+  }
+}
+"""
+
+_FACES_VERTEX = """
+void main()
+{
+  int item = first + gl_InstanceID;
+  vec4 a = TEXEL(faces, 3 * item);
+  vec4 b = TEXEL(faces, 3 * item + 1);
+  vec4 c = TEXEL(faces, 3 * item + 2);
+  vec3 point = a.xyz * corner.x + b.xyz * corner.y + c.xyz * corner.z;
+  gl_Position = ModelViewProjectionMatrix * vec4(point, 1.0);
+
+  // Towards the eye, so that a face within a surface is seen; half as far as edges are.
+  gl_Position.z -= (perspective != 0.0) ? 0.5e-4 * (gl_Position.w - gl_Position.z) :
+                                          1e-6 * gl_Position.w;
+
+  // a.w is the depth, b.w the step of the building in which the face appears.
+  face_colour = vec4(plain_colour, opacity);
+  if (coloured_by == BY_DEPTH) {
+    face_colour.rgb = ramp_colour(a.w / maximum);
+  }
+  if (coloured_by == BY_ORDER) {
+    face_colour.rgb = ramp_colour(b.w / maximum);
+  }
+  if (shown_step >= 0 && b.w > float(shown_step)) {
+    gl_Position = NOWHERE;
   }
 }
 """
@@ -103,53 +158,97 @@ void main()
 """
 
 # `srgbTarget` is set by Blender: whether the colours written are taken as linear.
-_FRAGMENT = """
+_AS_TARGET = """
+vec3 as_target(vec3 rgb)
+{
+  if (!srgbTarget) {
+    return rgb;
+  }
+  vec3 bright = pow((rgb + 0.055) / 1.055, vec3(2.4));
+  return mix(rgb / 12.92, bright, step(vec3(0.04045), rgb));
+}
+"""
+
+_LINES_FRAGMENT = """
 void main()
 {
   float cover = clamp(0.5 * (width + 1.0) - abs(distance_across), 0.0, 1.0);
-  vec3 rgb = line_colour.rgb;
-  if (srgbTarget) {
-    vec3 bright = pow((rgb + 0.055) / 1.055, vec3(2.4));
-    rgb = mix(rgb / 12.92, bright, step(vec3(0.04045), rgb));
-  }
-  fragment = vec4(rgb, line_colour.a * cover);
+  fragment = vec4(as_target(line_colour.rgb), line_colour.a * cover);
+}
+"""
+
+_FACES_FRAGMENT = """
+void main()
+{
+  fragment = vec4(as_target(face_colour.rgb), face_colour.a);
 }
 """
 
 
+def _shader_info(vertex_source: str, fragment_source: str) -> gpu.types.GPUShaderCreateInfo:
+    """Return what all shaders have in common."""
+    info = gpu.types.GPUShaderCreateInfo()
+    info.fragment_out(0, "VEC4", "fragment")
+    info.push_constant("MAT4", "ModelViewProjectionMatrix")
+    info.push_constant("FLOAT", "perspective")
+    info.push_constant("FLOAT", "opacity")
+    info.push_constant("BOOL", "srgbTarget")
+    info.define("NOWHERE", "vec4(2.0, 2.0, 2.0, 1.0)")
+    info.vertex_source(vertex_source)
+    info.fragment_source(_AS_TARGET + fragment_source)
+    return info
+
+
 def _line_shader_info(vertex_source: str) -> tuple[gpu.types.GPUShaderCreateInfo, object]:
-    """Return what both shaders have in common, and the interface object to keep alive."""
+    """Return what both shaders of lines have in common, and the interface to keep alive."""
     interface = gpu.types.GPUStageInterfaceInfo("accelscope_line")
     interface.smooth("FLOAT", "distance_across")
     interface.flat("VEC4", "line_colour")
-    info = gpu.types.GPUShaderCreateInfo()
+    info = _shader_info(_PLACE + vertex_source, _LINES_FRAGMENT)
     info.vertex_in(0, "VEC3", "start")
     info.vertex_in(1, "VEC3", "end")
     info.vertex_in(2, "VEC2", "corner")
     info.vertex_out(interface)
-    info.fragment_out(0, "VEC4", "fragment")
-    info.push_constant("MAT4", "ModelViewProjectionMatrix")
-    for kind, name in _VIEW_CONSTANTS:
-        info.push_constant(kind, name)
-    info.push_constant("FLOAT", "opacity")
-    info.push_constant("BOOL", "srgbTarget")
-    info.vertex_source(_PLACE + vertex_source)
-    info.fragment_source(_FRAGMENT)
+    info.push_constant("VEC2", "viewport")
+    info.push_constant("FLOAT", "width")
     return info, interface
 
 
-def cells_shader() -> gpu.types.GPUShader:
-    """Compile the shader that draws boxes from a texture."""
-    info, interface = _line_shader_info(_CELLS_VERTEX)
-    info.push_constant("INT", "first_cell")
-    info.push_constant("INT", "by_count")
+def _read_textures(info: gpu.types.GPUShaderCreateInfo, *textures: str) -> None:
+    """Add what the shaders need that read cells or faces from a texture."""
+    for name in ("first", "shown_step", "coloured_by"):
+        info.push_constant("INT", name)
     info.push_constant("FLOAT", "maximum")
-    info.sampler(0, "FLOAT_2D", "cells")
-    info.sampler(1, "FLOAT_2D", "colours")
+    for slot, name in enumerate((*textures, "colours")):
+        info.sampler(slot, "FLOAT_2D", name)
     info.define("TEXTURE_WIDTH", str(TEXTURE_WIDTH))
     info.define("RAMP_SIZE", str(RAMP_SIZE))
+    for name, number in COLOURINGS.items():
+        info.define(f"BY_{name.upper()}", str(number))
+
+
+def cells_shader() -> gpu.types.GPUShader:
+    """Compile the shader that draws boxes, or segments, from a texture."""
+    info, interface = _line_shader_info(_FETCH + _CELLS_VERTEX)
+    _read_textures(info, "cells", "steps")
+    info.push_constant("INT", "leaves_only")
     info.define("EMPTY_OPACITY", str(EMPTY_OPACITY))
     info.define("INNER_COLOUR", "vec3({}, {}, {})".format(*INNER_COLOUR))
+    info.define("NEWEST_COLOUR", "vec3({}, {}, {})".format(*NEWEST_COLOUR))
+    shader = gpu.shader.create_from_info(info)
+    del interface
+    return shader
+
+
+def faces_shader() -> gpu.types.GPUShader:
+    """Compile the shader that draws translucent triangles from a texture."""
+    interface = gpu.types.GPUStageInterfaceInfo("accelscope_face")
+    interface.flat("VEC4", "face_colour")
+    info = _shader_info(_FETCH + _FACES_VERTEX, _FACES_FRAGMENT)
+    info.vertex_in(0, "VEC3", "corner")
+    info.vertex_out(interface)
+    _read_textures(info, "faces")
+    info.push_constant("VEC3", "plain_colour")
     shader = gpu.shader.create_from_info(info)
     del interface
     return shader
@@ -164,90 +263,17 @@ def paths_shader() -> gpu.types.GPUShader:
     return shader
 
 
-def set_view(shader: gpu.types.GPUShader, line_width: float) -> None:
-    """Set the uniforms that `place` and the fragment shader read, from the current view.
+def set_view(shader: gpu.types.GPUShader, line_width: float | None = None) -> None:
+    """Set the uniforms that depend on the current view.
 
     Parameters
     ----------
-    line_width : float
-        In pixels; below 1 it means fainter lines, which the caller puts into the opacity.
+    line_width : float, optional
+        In pixels; below 1 it means fainter lines, which the caller puts into the opacity. Only
+        the shaders of lines have it.
     """
     projection = gpu.matrix.get_projection_matrix()
-    shader.uniform_float("viewport", gpu.state.viewport_get()[2:])
-    shader.uniform_float("width", max(line_width, 1.0))
     shader.uniform_float("perspective", 0.0 if projection[3][3] else 1.0)
-
-
-# The corners of a rectangle around an edge, and its two triangles.
-_CORNERS = np.array([(0, -1), (0, 1), (1, -1), (1, 1)], dtype=np.float32)
-_TRIANGLES = np.array([(0, 1, 2), (2, 1, 3)], dtype=np.int32)
-
-UNIT_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)], dtype=np.float32)
-"""Corners of a box, (8, 3): 0 stands for its lower and 1 for its upper bound."""
-
-EDGES = np.array(
-    [(i, i | 1 << axis) for axis in range(3) for i in range(8) if not i & 1 << axis],
-    dtype=np.int32,
-)
-"""Edges of a box, (12, 2), as pairs of corners."""
-
-
-def line_batch(
-    starts: np.ndarray, ends: np.ndarray, colours: np.ndarray | None = None
-) -> gpu.types.GPUBatch:
-    """Upload segments as rectangles that are still to be placed.
-
-    Parameters
-    ----------
-    starts, ends : (k, 3) float
-    colours : (k, 4) float, optional
-        Only the shader of paths has them.
-    """
-    count = len(starts)
-    attributes = [
-        ("start", np.repeat(starts, 4, axis=0)),
-        ("end", np.repeat(ends, 4, axis=0)),
-        ("corner", np.tile(_CORNERS, (count, 1))),
-    ]
-    if colours is not None:
-        attributes.append(("colour", np.repeat(colours, 4, axis=0)))
-    layout = gpu.types.GPUVertFormat()
-    for name, data in attributes:
-        layout.attr_add(id=name, comp_type="F32", len=data.shape[1], fetch_mode="FLOAT")
-    vertices = gpu.types.GPUVertBuf(layout, 4 * count)
-    for name, data in attributes:
-        # Any other type or layout is drawn silently wrong.
-        vertices.attr_fill(name, np.ascontiguousarray(data, dtype=np.float32))
-    triangles = (np.arange(count, dtype=np.int32)[:, None, None] * 4 + _TRIANGLES).reshape(-1, 3)
-    indices = gpu.types.GPUIndexBuf(type="TRIS", seq=np.ascontiguousarray(triangles))
-    return gpu.types.GPUBatch(type="TRIS", buf=vertices, elem=indices)
-
-
-def cube_batch() -> gpu.types.GPUBatch:
-    """Upload the edges of the unit cube, which the shader of cells stretches to every box."""
-    return line_batch(UNIT_CORNERS[EDGES[:, 0]], UNIT_CORNERS[EDGES[:, 1]])
-
-
-def cells_texture(cells: Cells, order: np.ndarray) -> gpu.types.GPUTexture:
-    """Upload boxes, depths and counts of the cells ``order``, two texels each."""
-    rows = -(-2 * max(len(order), 1) // TEXTURE_WIDTH)
-    texels = np.zeros((rows * TEXTURE_WIDTH, 4), dtype=np.float32)
-    pairs = texels[: 2 * len(order)].reshape(-1, 2, 4)
-    pairs[:, :, :3] = cells.boxes[order].reshape(-1, 2, 3)
-    pairs[:, 0, 3] = cells.depth[order]
-    pairs[:, 1, 3] = np.where(cells.is_leaf[order], cells.count[order], -1)
-    return _texture(texels.reshape(rows, TEXTURE_WIDTH, 4))
-
-
-def ramp_texture() -> gpu.types.GPUTexture:
-    """Upload the colour ramp."""
-    texels = np.ones((1, RAMP_SIZE, 4), dtype=np.float32)
-    texels[0, :, :3] = ramp(np.linspace(0.0, 1.0, RAMP_SIZE))
-    return _texture(texels)
-
-
-def _texture(texels: np.ndarray) -> gpu.types.GPUTexture:
-    """Upload (rows, columns, 4) float32 as a texture."""
-    rows, columns, _ = texels.shape
-    data = gpu.types.Buffer("FLOAT", texels.size, texels.reshape(-1))
-    return gpu.types.GPUTexture((columns, rows), format="RGBA32F", data=data)
+    if line_width is not None:
+        shader.uniform_float("viewport", gpu.state.viewport_get()[2:])
+        shader.uniform_float("width", max(line_width, 1.0))

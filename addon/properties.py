@@ -38,6 +38,7 @@ FLOAT_LIMIT = float(np.finfo(np.float32).max)
 COLOURINGS = {
     "depth": ("Depth", "From the root to the deepest cell"),
     "count": ("Count", "By the number of primitives in the leaf"),
+    "order": ("Build Step", "By the step of the building that made the cell, if that is known"),
 }
 
 _loaded: list[type] = []
@@ -191,6 +192,20 @@ def _redraw(group: Any, context: bpy.types.Context) -> None:
     overlay.tag_redraw()
 
 
+def _redraw_ray(root: Any, context: bpy.types.Context) -> None:
+    from . import session
+
+    session.current.draw_paths(event_shown(root))
+
+
+def event_shown(root: Any) -> int | None:
+    """Return the event up to which the recorded ray is shown; None shows the whole walk."""
+    from . import session
+
+    steps = session.current.steps
+    return min(root.event, len(steps) - 1) if root.step_events and steps else None
+
+
 def _display_properties() -> dict[str, Any]:
     """Return what decides how cells are drawn; the overlay reads it."""
     return {
@@ -210,11 +225,29 @@ def _display_properties() -> dict[str, Any]:
             name="Leaves Only", description="Leave out inner nodes", default=False, update=_redraw,
         ),
         "hide_empty": BoolProperty(
-            name="Hide Empty", description="Leave out leaves without primitives", default=True,
-            update=_redraw,
+            name="Hide Empty", description="Leave out the edges of leaves without primitives",
+            default=True, update=_redraw,
+        ),
+        "tint_empty": BoolProperty(
+            name="Tint Empty", description="Draw the faces of leaves without primitives, tinted",
+            default=False, update=_redraw,
+        ),
+        "planes": BoolProperty(
+            name="Planes",
+            description="Draw the planes that cut inner nodes, each within its own cell",
+            default=False, update=_redraw,
+        ),
+        "replay": BoolProperty(
+            name="Replay", description="Show the building up to one of its steps",
+            default=False, update=_redraw,
+        ),
+        "step": IntProperty(
+            name="Build Step",
+            description="Step of the building; the cells it made are white. Step 0 is the root",
+            default=0, min=0, update=_redraw,
         ),
         "opacity": FloatProperty(
-            name="Opacity", description="Opacity of the cells' edges",
+            name="Opacity", description="Opacity of edges; tints and planes follow it",
             default=0.6, min=0.0, max=1.0, subtype="FACTOR", update=_redraw,
         ),
         "line_width": FloatProperty(
@@ -277,6 +310,14 @@ def load() -> None:
         "ray_index": IntProperty(
             name="Ray", description="Number of the ray to step through; the first is 0",
             default=0, min=0,
+        ),
+        "step_events": BoolProperty(
+            name="Event by Event", description="Show the recorded walk up to one of its events",
+            default=False, update=_redraw_ray,
+        ),
+        "event": IntProperty(
+            name="Event", description="Event of the recorded walk; the first is 0",
+            default=0, min=0, update=_redraw_ray,
         ),
     }  # fmt: skip
     bpy.types.Scene.accelscope_settings = PointerProperty(type=make("root", root))

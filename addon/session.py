@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
+import numpy as np
 from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
@@ -21,6 +22,7 @@ from .snapshot import Snapshot
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ..core.evaluation.experiment import Built, Traced
+    from ..core.evaluation.ray_path import Walk
     from ..core.structures.cells import Cells
     from ..core.structures.steps import Steps
 
@@ -48,6 +50,12 @@ class Session:
     traced : Traced
     steps : Steps
         The recorded walk of ray number `step_index`.
+    legend : list of (str, str)
+        What is drawn of that walk: names of colours, and texts.
+    has_links : bool
+        Whether the structure links leaves to their neighbours.
+    linked_leaf : int
+        Number of the leaf whose links are drawn, -1 for none.
     watched : list of Snapshot
         Those that handlers keep an eye on: the one above, and one that is being built over.
     undone : bool
@@ -61,6 +69,9 @@ class Session:
     traced: Traced | None = None
     steps: Steps | None = None
     step_index: int = -1
+    legend: list[tuple[str, str]] = field(default_factory=list)
+    has_links: bool = False
+    linked_leaf: int = -1
     watched: list[Snapshot] = field(default_factory=list)
     undone: bool = False
 
@@ -80,33 +91,59 @@ class Session:
         """Replace everything by a new structure, and draw it."""
         self.snapshot, self.built, self.cells, self.record = snapshot, built, cells, record
         self.traced = None
+        # If one leaf has links, all have: only a root without children has none.
+        first_leaf = int(cells.numbers[cells.is_leaf][0])
+        self.has_links = len(built.structure.links(first_leaf)) > 0
         self.watch_built()
-        self._clear_steps()
+        self._clear_paths()
         overlay.set_cells(cells)
         overlay.enable()
 
     def set_traced(self, traced: Traced, record: dict[str, Any]) -> None:
         """Keep traced rays and the record that has them."""
         self.traced, self.record = traced, record
-        self._clear_steps()
+        self._clear_paths()
 
     def set_steps(self, index: int, steps: Steps) -> None:
-        """Keep the walk of one traced ray, and draw it."""
-        from .ray_path import segments_of
+        """Keep the walk of one traced ray."""
+        self.step_index, self.steps = index, steps
+
+    def set_linked_leaf(self, number: int) -> None:
+        """Choose the leaf whose links are drawn; -1 for none."""
+        self.linked_leaf = number
+
+    def draw_paths(self, event: int | None = None) -> None:
+        """Draw the recorded ray, up to an event if one is given, and the links of the leaf."""
+        from ..core.evaluation import ray_path
+
+        paths = []
+        if self.steps is not None:
+            walk = self._walk()
+            paths.append(ray_path.segments_of(walk, event))
+            self.legend = ray_path.legend(walk, event)
+        if self.linked_leaf >= 0:
+            assert self.built is not None
+            assert self.cells is not None
+            paths.append(ray_path.links_of(self.built.structure, self.cells, self.linked_leaf))
+        if paths:
+            overlay.set_paths(*(np.concatenate(parts) for parts in zip(*paths)))
+        else:
+            overlay.set_paths(None)
+
+    def _walk(self) -> Walk:
+        from ..core.evaluation.ray_path import Walk
 
         assert self.built is not None
         assert self.cells is not None
         assert self.traced is not None
-        self.step_index, self.steps = index, steps
-        overlay.set_paths(
-            *segments_of(
-                self.traced.rays, index, self.traced.hits.t[index], steps, self.cells,
-                self.built.structure.scene,
-            )
+        assert self.steps is not None
+        return Walk(
+            self.built.structure, self.cells, self.traced.rays, self.step_index,
+            float(self.traced.hits.t[self.step_index]), self.steps,
         )  # fmt: skip
 
-    def _clear_steps(self) -> None:
-        self.step_index, self.steps = -1, None
+    def _clear_paths(self) -> None:
+        self.step_index, self.steps, self.legend, self.linked_leaf = -1, None, [], -1
         overlay.set_paths(None)
 
     def clear(self) -> None:
@@ -115,7 +152,7 @@ class Session:
             overlay.disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
         self.watched, self.undone = [], False
-        self.step_index, self.steps = -1, None
+        self.step_index, self.steps, self.legend, self.linked_leaf = -1, None, [], -1
 
     # Asking.
 
@@ -139,6 +176,13 @@ class Session:
         if settings != self.built.structure.settings:
             return Status(False, "Out of date: the settings were changed")
         return Status(True, "Up to date")
+
+    def event_text(self, event: int) -> str:
+        """Say what happens in an event of the recorded ray."""
+        from ..core.evaluation.ray_path import event_text
+
+        assert self.steps is not None
+        return event_text(self.steps, event)
 
     def hit_text(self) -> str:
         """Say what the recorded ray hits: ``"hits triangle 7 of Cube at t = 2.5"``."""

@@ -19,6 +19,12 @@ _STOPS = np.array([
 INNER_COLOUR = (0.62, 0.62, 0.66)
 """Cells without a figure of their own: inner nodes when cells are coloured by count."""
 
+NEWEST_COLOUR = (1.0, 1.0, 1.0)
+"""Cells that the step of the building made that is looked at."""
+
+EMPTY_TINT = (0.45, 0.65, 1.0)
+"""Faces of empty leaves."""
+
 
 def ramp(fractions: np.ndarray) -> np.ndarray:
     """Return the ramp's colours, (n, 3) float64 in sRGB from 0 to 1, for (n,) fractions."""
@@ -64,3 +70,13 @@ def count_colours(values: np.ndarray, maximum: int) -> np.ndarray:
         sRGB, 0 to 1.
     """
     return ramp(np.log1p(values) / np.log1p(max(maximum, 1)))
+
+
+def face_opacity(area: float, around: float, cover: float) -> float:
+    """Return the opacity of translucent faces that gives any number of them an even impression.
+
+    A random line through a convex body of surface `around` meets 2 A / around of the faces within
+    that have the area A (Cauchy, Crofton). Their covers add up like 1 - (1 - a)^k.
+    """
+    met = max(2.0 * area / around, 1.0) if around > 0.0 else 1.0
+    return 1.0 - (1.0 - min(cover, 0.999)) ** (1.0 / met)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..addon import jobs, session
+from ..addon import jobs, properties, session
 
 
 class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
@@ -35,6 +35,7 @@ class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
             return {"CANCELLED"}
         steps = built.structure.record(traced.rays, index)
         session.current.set_steps(index, steps)
+        session.current.draw_paths(properties.event_shown(context.scene.accelscope))
         self.report({"INFO"}, f"Ray {index}: {len(steps)} events; {session.current.hit_text()}")
         return {"FINISHED"}
 

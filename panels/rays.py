@@ -6,8 +6,19 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, session
+from ..addon import jobs, properties, session
 from .base import SidebarPanel, draw_figure, draw_group, draw_job, draw_wrapped
+
+ICONS = {
+    "inner": "MESH_CUBE",
+    "leaf": "COLLECTION_COLOR_02",
+    "empty": "COLLECTION_COLOR_05",
+    "skipped": "COLLECTION_COLOR_06",
+    "tested": "COLLECTION_COLOR_07",
+    "postponed": "COLLECTION_COLOR_01",
+    "found": "COLLECTION_COLOR_04",
+}
+"""Icons of about the colours in which a recorded ray is drawn."""
 
 
 class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
@@ -32,10 +43,31 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
         column.prop(root, "ray_index")
         column.operator("accelscope.step_ray")
         current = session.current
-        if current.steps is None:
-            return
+        if current.steps is not None:
+            self.draw_walk(context, layout, root)
+        column = layout.column(align=True)
+        column.operator("accelscope.show_links")
+        if current.linked_leaf >= 0:
+            column.label(text=f"Links of leaf {current.linked_leaf}", icon="LINKED")
+
+    def draw_walk(self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any) -> None:
+        """Draw the recorded walk: what is seen of it, and in which event it stands."""
+        current, width = session.current, context.region.width
+        assert current.steps is not None
         text = f"Ray {current.step_index} {current.hit_text()}"
-        draw_wrapped(layout, text, "TRACKING_FORWARDS", context.region.width)
+        draw_wrapped(layout, text, "TRACKING_FORWARDS", width)
+        row = layout.row(heading="Event")
+        row.prop(root, "step_events", text="")
+        number = row.row()
+        number.active = root.step_events
+        number.prop(root, "event", text="")
+        event = properties.event_shown(root)
+        if event is not None:
+            text = f"{event} of {len(current.steps) - 1}: {current.event_text(event)}"
+            draw_wrapped(layout, text, "NONE", width)
+        lines = layout.column(align=True)
+        for name, text in current.legend:
+            lines.label(text=text, icon=ICONS[name])
         grid = layout.column(align=True)
         for name, value in current.steps.tally().items():
             draw_figure(grid, name, str(value))

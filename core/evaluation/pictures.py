@@ -1,148 +1,44 @@
-"""Pictures of cells over the mesh, and a page that shows them beside their figures.
-
-The mesh is rendered with our own rays, so a picture needs no window, no GPU and no Blender. The
-edges of cells are drawn over it: crisp in front of the mesh, faint behind it.
-"""
+"""Pictures of cells over the mesh, and a page that shows them beside their figures."""
 
 from __future__ import annotations
 
-import dataclasses
 import html
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..colours import depth_colours
-from ..scene import Camera, Scene
+from ..colours import EMPTY_TINT, depth_colours, face_opacity
+from ..geometry.box import surface_area
+from ..geometry.rays import Rays
+from ..outlines import division_steps, faces_of, triangles_of, wires_of
 from ..settings import to_text
-from ..structures.bvh import BVH
 from ..structures.cells import Cells
 from ..structures.contract import Structure
+from ..structures.steps import VISIT_EMPTY, VISIT_LEAF
 from .experiment import Built
 from .png import write_png
+from .ray_path import ON_LIGHT, Walk, legend, segments_of
 from .report import figures, show_integer, write_text
-from .workloads import CameraSettings, camera_axes, camera_of, camera_rays
-
-WIDTH, HEIGHT = 960, 720
-SUPERSAMPLING = 2
-BACKGROUND = np.array([0.965, 0.965, 0.955])
-SURFACE = np.array([0.80, 0.80, 0.79])
-HIDDEN = 0.22
-"""Opacity of lines behind the mesh."""
+from .view import View
 
 MOST_CELLS = 20_000
 """Cells in one picture; more of them are a grey mass."""
 
-CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-EDGES = np.array([[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3],
-                  [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]])  # fmt: skip
+MOST_TINTED = 2_000
+"""Empty leaves tinted in one picture: the largest."""
 
+TINT_COVER, PLANE_COVER = 0.6, 0.35
+"""Share of the view that tinted empty leaves, and planes, cover together."""
 
-def picture_camera(scene: Scene) -> Camera:
-    """Return the scene's own camera, or one that frames the scene; both fill the lower side.
+SNAPSHOTS = (1 / 16, 1 / 4)
+"""When the building is shown: shares of its steps."""
 
-    Own cameras often belong to square pictures: their angle of view is that of the height here,
-    so that nothing they show is cut off.
-    """
-    settings = CameraSettings(width=WIDTH, height=HEIGHT)
-    if scene.camera is None:
-        return camera_of(scene, settings)
-    half = np.arctan(np.tan(np.radians(scene.camera.fov) / 2) * WIDTH / HEIGHT)
-    return camera_of(scene, dataclasses.replace(settings, fov=float(np.degrees(2 * half))))
+CANDIDATES = 32
+"""Rays of which one is shown."""
 
-
-class View:
-    """The mesh of a scene seen by its camera: an image and the depth behind every pixel.
-
-    Attributes
-    ----------
-    image : (height, width, 3) float64
-    depth : (height, width) float64
-        Distance along the view direction, inf where there is nothing.
-    """
-
-    def __init__(self, scene: Scene) -> None:
-        self.camera = picture_camera(scene)
-        self.width, self.height = WIDTH * SUPERSAMPLING, HEIGHT * SUPERSAMPLING
-        rays = camera_rays(self.camera, self.width, self.height)
-        hits, _ = BVH.build(scene, BVH.Settings()).trace(rays)
-        hit = hits.primitive >= 0
-        corners = scene.triangles[hits.primitive[hit]]
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        forward, right, up = camera_axes(self.camera)
-        normals *= -np.sign(normals @ forward)[:, None]
-        # A key light over the viewer's left shoulder, and a fill from the front.
-        key = -0.5 * forward - 0.45 * right + 0.75 * up
-        key /= np.linalg.norm(key)
-        light = 0.35 + 0.45 * np.clip(normals @ key, 0, 1) + 0.25 * np.abs(normals @ forward)
-        image = np.tile(BACKGROUND, (self.width * self.height, 1))
-        image[hit] = np.clip(light, 0, 1.05)[:, None] * SURFACE
-        self.image = image.reshape(self.height, self.width, 3)
-        # Camera rays have component 1 along the view direction, so t is the depth.
-        self.depth = hits.t.reshape(self.height, self.width)
-
-    def with_boxes(self, boxes: np.ndarray, colours: np.ndarray) -> np.ndarray:
-        """Return the image with the edges of boxes drawn over it, antialiased.
-
-        Parameters
-        ----------
-        boxes : (n, 6) float64
-        colours : (n, 3) float64
-        """
-        corners = boxes[:, None, :3] * (1 - CORNERS) + boxes[:, None, 3:] * CORNERS
-        segments = corners[:, EDGES].reshape(-1, 2, 3)
-        column, row, depth, edge = self._sample(segments)
-        behind = depth > self.depth[row, column] * (1 + 2e-4) + 1e-12
-        canvas = self.image.copy()
-        # Far ones first, so that of several lines in one pixel the nearest stays.
-        order = np.lexsort((-depth, ~behind))
-        column, row, behind = column[order], row[order], behind[order]
-        opacity = np.where(behind, HIDDEN, 1.0)[:, None]
-        ink = colours[edge[order] // len(EDGES)]
-        canvas[row, column] = (1 - opacity) * self.image[row, column] + opacity * ink
-        shape = (HEIGHT, SUPERSAMPLING, WIDTH, SUPERSAMPLING, 3)
-        return canvas.reshape(shape).mean(axis=(1, 3))
-
-    def _sample(
-        self, segments: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return column, row, depth and segment number of the pixels under segments (n, 2, 3)."""
-        forward, right, up = camera_axes(self.camera)
-        relative = segments - self.camera.position
-        x, y, z = relative @ right, relative @ up, relative @ forward
-        # Clip at a plane just in front of the camera.
-        near = 1e-6 * np.abs(z).max()
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.clip((near - z[:, 0]) / (z[:, 1] - z[:, 0]), 0.0, 1.0)
-        for end, outside in ((0, z[:, 0] < near), (1, z[:, 1] < near)):
-            for values in (x, y, z):
-                crossing = values[:, 0] + share * (values[:, 1] - values[:, 0])
-                values[outside, end] = crossing[outside]
-        number = np.flatnonzero(z.max(axis=1) > near)
-        x, y, z = x[number], y[number], np.maximum(z[number], near)
-        scale = max(self.width, self.height) / 2 / np.tan(np.radians(self.camera.fov) / 2)
-        px, py = self.width / 2 + scale * x / z, self.height / 2 - scale * y / z
-        # One sample per pixel and segment, at most across the whole picture.
-        length = np.maximum(np.abs(np.diff(px)), np.abs(np.diff(py)))[:, 0]
-        steps = np.clip(np.ceil(length), 1, 4 * self.width).astype(np.int64) + 1
-        edge = np.repeat(np.arange(len(number)), steps)
-        begin = np.cumsum(steps) - steps
-        s = (np.arange(len(edge)) - begin[edge]) / (steps[edge] - 1)
-        column = np.floor(px[edge, 0] + s * (px[edge, 1] - px[edge, 0]))
-        row = np.floor(py[edge, 0] + s * (py[edge, 1] - py[edge, 0]))
-        inverse = 1 / z  # linear in the picture, as depth is not
-        depth = 1 / (inverse[edge, 0] + s * (inverse[edge, 1] - inverse[edge, 0]))
-        # Two by two subpixels: one pixel wide in the finished picture.
-        column = np.concatenate([column, column + 1, column, column + 1])
-        row = np.concatenate([row, row, row + 1, row + 1])
-        depth, edge = np.tile(depth, 4), np.tile(number[edge], 4)
-        inside = (column >= 0) & (column < self.width) & (row >= 0) & (row < self.height)
-        return (
-            column[inside].astype(np.int64), row[inside].astype(np.int64),
-            depth[inside], edge[inside],
-        )  # fmt: skip
+LEGIBLE = 0.03
+"""Size from which a cell is told apart from its neighbours, as a share of the scene's diagonal."""
 
 
 def shown_levels(cells: Cells) -> int:
@@ -161,7 +57,7 @@ class Gallery:
         self._names: set[str] = set()
 
     def add(self, built: Built, records: list[dict[str, Any]]) -> None:
-        """Draw a structure: its upper levels, and its leaves that hold triangles."""
+        """Draw a structure: its upper levels, its leaves, its building, and a ray's walk."""
         structure = built.structure
         scene = structure.scene
         if scene.source not in self._views:
@@ -171,32 +67,19 @@ class Gallery:
         stem = self._free_name(f"{scene.name}-{structure.name}")
         pictures = []
         if not cells.is_leaf.all():
-            levels = shown_levels(cells)
-            chosen = cells.depth < levels
-            pictures.append(("levels", f"levels 0 to {levels - 1}", chosen))
-        leaves = cells.is_leaf & (cells.count > 0)
-        n_leaves = int(leaves.sum())
-        text = f"{show_integer(n_leaves)} {'leaf' if n_leaves == 1 else 'leaves'} with triangles"
-        if n_leaves > MOST_CELLS:
-            # Every k-th: an even thinning keeps the shape.
-            keep = np.flatnonzero(leaves)[:: -(-n_leaves // MOST_CELLS)]
-            leaves = np.zeros_like(leaves)
-            leaves[keep] = True
-            text = f"{show_integer(len(keep))} of the {text}"
-        pictures.append(("leaves", text, leaves))
+            pictures.append(("levels", *picture_of_levels(view, cells)))
+        pictures.append(("leaves", *picture_of_leaves(view, cells)))
+        if "order" in cells.extra:
+            for number, share in enumerate(SNAPSHOTS, 1):
+                pictures.append((f"built-{number}", *picture_of_building(view, cells, share)))
+        if len(cells) > 1:
+            pictures.append(("ray", *picture_of_ray(view, structure, cells)))
         shown = []
-        for kind, caption, chosen in pictures:
+        for kind, caption, image in pictures:
             file = f"{stem}-{kind}.png"
-            colours = self._colours(structure, cells, chosen)
-            write_png(self.folder / file, view.with_boxes(cells.boxes[chosen], colours))
+            write_png(self.folder / file, image)
             shown.append((file, caption))
         self._rows.append(section(built, records, shown))
-
-    def _colours(self, structure: Structure, cells: Cells, chosen: np.ndarray) -> np.ndarray:
-        """Return a colour per chosen cell: by depth, or by count where all are equally deep."""
-        if cells.depth.max() > 0:
-            return depth_colours(cells.depth[chosen], int(cells.depth[chosen].max()))
-        return depth_colours(cells.count[chosen], int(cells.count.max()))
 
     def _free_name(self, wanted: str) -> str:
         """Return a file name that no earlier picture has taken."""
@@ -210,6 +93,129 @@ class Gallery:
     def write_page(self) -> None:
         """Write ``index.html`` beside the pictures."""
         write_text(self.folder / "index.html", PAGE.replace("ROWS", "\n".join(self._rows)))
+
+
+# ------------------------------------------------------------------------------------- pictures
+
+
+def picture_of_levels(view: View, cells: Cells) -> tuple[str, np.ndarray]:
+    """Return caption and image of the upper levels, with the planes that cut their cells."""
+    levels = shown_levels(cells)
+    caption = f"levels 0 to {levels - 1}"
+    chosen = cells.depth < levels
+    if cells.planes is None or levels < 2:
+        return caption, edges_over(view, cells, chosen)
+    triangles, owners = triangles_of(cells.planes)
+    # The planes of the last level would cut it into cells that are not shown.
+    upper = cells.depth[owners] < levels - 1
+    colours = depth_colours(cells.depth[owners[upper]], levels - 1)
+    image = faces_over(view, cells, triangles[upper], colours, PLANE_COVER)
+    return f"{caption} and their planes", edges_over(view, cells, chosen, image)
+
+
+def picture_of_leaves(view: View, cells: Cells) -> tuple[str, np.ndarray]:
+    """Return caption and image of leaves: edges of those with triangles, tints of empty ones."""
+    leaves = cells.is_leaf & (cells.count > 0)
+    n_leaves = int(leaves.sum())
+    caption = f"{show_integer(n_leaves)} {'leaf' if n_leaves == 1 else 'leaves'} with triangles"
+    if n_leaves > MOST_CELLS:
+        # Every k-th: an even thinning keeps the shape.
+        keep = np.flatnonzero(leaves)[:: -(-n_leaves // MOST_CELLS)]
+        leaves = np.zeros_like(leaves)
+        leaves[keep] = True
+        caption = f"{show_integer(len(keep))} of the {caption}"
+    empty = np.flatnonzero(cells.is_leaf & (cells.count == 0))
+    if len(empty) == 0:
+        return caption, edges_over(view, cells, leaves)
+    size = (cells.boxes[empty, 3:] - cells.boxes[empty, :3]).sum(axis=1)
+    largest = np.sort(empty[np.argsort(-size, kind="stable")[:MOST_TINTED]])
+    caption += f", {show_integer(len(largest))}"
+    if len(empty) > len(largest):
+        caption += f" of {show_integer(len(empty))}"
+    triangles, owners = faces_of(cells, largest)
+    # A line of sight leaves a cell through a second face, which adds nothing but work.
+    middle = triangles.mean(axis=1)
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    centres = 0.5 * (cells.boxes[owners, :3] + cells.boxes[owners, 3:])
+    outwards = ((middle - centres) * normals).sum(axis=1)
+    towards_eye = ((view.camera.position - middle) * normals).sum(axis=1)
+    front = triangles[(outwards > 0) == (towards_eye > 0)]
+    image = faces_over(view, cells, front, np.array(EMPTY_TINT), TINT_COVER)
+    return f"{caption} empty", edges_over(view, cells, leaves, image)
+
+
+def picture_of_building(view: View, cells: Cells, share: float) -> tuple[str, np.ndarray]:
+    """Return caption and image of the cells there were after a share of the steps."""
+    order = cells.extra["order"]
+    last = int(order.max())
+    step = int(np.ceil(share * last))
+    there = (order <= step) & (division_steps(cells) > step)
+    caption = f"building after step {show_integer(step)} of {show_integer(last)}"
+    return caption, edges_over(view, cells, there)
+
+
+def picture_of_ray(view: View, structure: Structure, cells: Cells) -> tuple[str, np.ndarray]:
+    """Return caption and image of the walk of one ray."""
+    rays = crossing_rays(view, structure)
+    hits, _ = structure.trace(rays)
+    size = np.linalg.norm(cells.boxes[:, 3:] - cells.boxes[:, :3], axis=1)
+    is_legible = np.zeros(int(cells.numbers.max()) + 1, dtype=bool)
+    is_legible[cells.numbers] = cells.is_leaf & (size > LEGIBLE * structure.scene.diagonal)
+    walks = [
+        Walk(structure, cells, rays, i, float(t), structure.record(rays, i))
+        for i, t in enumerate(hits.t)
+    ]
+
+    def worth(walk: Walk) -> tuple[bool, int, int]:
+        """Rate a ray that hits above one that does not, then one through many large leaves."""
+        entered = walk.steps.cell[np.isin(walk.steps.kind, (VISIT_LEAF, VISIT_EMPTY))]
+        return bool(np.isfinite(walk.t_hit)), int(is_legible[entered].sum()), -len(walk.steps)
+
+    walk = max(walks, key=worth)
+    segments, colours = segments_of(walk, palette=ON_LIGHT)
+    caption = "one ray: " + ", ".join(text for _, text in legend(walk))
+    return caption, view.with_lines(segments, colours, width=2, hidden=0.5)
+
+
+def crossing_rays(view: View, structure: Structure) -> Rays:
+    """Return rays across the picture, each towards something that is seen in it."""
+    scene = structure.scene
+    seen = np.unique(view.primitive[view.primitive >= 0])
+    if len(seen) == 0:
+        seen = np.arange(len(scene))
+    chosen = seen[np.linspace(0, len(seen) - 1, min(CANDIDATES, len(seen))).astype(np.int64)]
+    targets = scene.triangles[chosen].mean(axis=1)
+    # From the left, a little from above and from the front.
+    right, up, forward = view.axes
+    direction = right - 0.35 * up + 0.45 * forward
+    direction /= np.linalg.norm(direction)
+    directions = np.tile(scene.diagonal * direction, (len(targets), 1))
+    return Rays.from_arrays(targets - 0.75 * directions, directions)
+
+
+def edges_over(
+    view: View, cells: Cells, chosen: np.ndarray, over: np.ndarray | None = None
+) -> np.ndarray:
+    """Draw the edges of cells, coloured by depth, or by count where all are equally deep."""
+    wires = wires_of(cells, np.flatnonzero(chosen))
+    # Backwards: where edges coincide, the upper level's is seen.
+    segments, owners = wires.segments()[::-1], wires.edge_owners()[::-1]
+    by_depth = cells.depth.max() > 0
+    values = cells.depth if by_depth else cells.count
+    maximum = int(values[chosen].max(initial=0)) if by_depth else int(values.max())
+    return view.with_lines(segments, depth_colours(values[owners], maximum), over=over)
+
+
+def faces_over(
+    view: View, cells: Cells, triangles: np.ndarray, colours: np.ndarray, cover: float
+) -> np.ndarray:
+    """Draw translucent triangles; return the view's image behind them."""
+    sides = triangles[:, 1:] - triangles[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+    around = surface_area(
+        np.concatenate([cells.boxes[:, :3].min(axis=0), cells.boxes[:, 3:].max(axis=0)])[None]
+    )
+    return view.with_faces(triangles, colours, face_opacity(area, float(around[0]), cover))
 
 
 RAY_SECTIONS = ("Rays", "Per ray")
@@ -263,8 +269,11 @@ table { border-collapse: collapse; font-size: .85rem; } caption { text-align: le
 th { text-align: left; font-weight: 400; padding: .1rem 1.2rem .1rem 0; color: #555; }
 td { text-align: right; font-variant-numeric: tabular-nums; }
 </style></head><body><h1>AccelScope</h1>
-<p>Cells are coloured by depth, from blue (root) to red (deepest); cells of a grid by their number
-of triangles. Lines behind the mesh are faint.</p>
+<p>Cells and planes are coloured by depth, from blue (root) to red (deepest); cells of a grid by
+their number of triangles. Empty leaves are tinted blue. Lines behind the mesh are faint. A ray is
+black; it enters inner nodes (grey), leaves with triangles (orange) and empty ones (blue), skips
+empty regions (violet), and tests triangles (pink); a red star is a hit that is postponed, and the
+triangle it hits in the end is green.</p>
 ROWS
 </body></html>
 """

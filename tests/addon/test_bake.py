@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,10 +10,11 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from accelscope.addon import bake, overlay  # noqa: E402
-from accelscope.core.colours import INNER_COLOUR, depth_colours  # noqa: E402
+from accelscope.addon import bake, selection  # noqa: E402
+from accelscope.core.colours import INNER_COLOUR, depth_colours, ramp  # noqa: E402
 from accelscope.core.errors import InputError  # noqa: E402
-from accelscope.core.structures.cells import Cells  # noqa: E402
+from accelscope.core.outlines import SIDES, corners_of  # noqa: E402
+from accelscope.core.structures.cells import Cells, Polygons  # noqa: E402
 
 pytestmark = pytest.mark.bpy
 
@@ -20,7 +22,7 @@ pytestmark = pytest.mark.bpy
 def display(**changed):
     settings = {
         "depth_min": 0, "depth_max": 100, "leaves_only": False, "hide_empty": False,
-        "opacity": 0.5, "colour_by": "depth",
+        "replay": False, "step": 0, "opacity": 0.5, "colour_by": "depth",
     }  # fmt: skip
     return SimpleNamespace(**(settings | changed))
 
@@ -60,7 +62,7 @@ def read(collection, key, width=1, dtype=float):
 )
 def test_geometry_and_attributes(cells, changed):
     made = bake.bake_cells(bpy.context, cells, display(**changed), "bvh")
-    shown = overlay.visible(cells, display(**changed))
+    shown = selection.visible(cells, display(**changed))
     count = int(shown.sum())
     mesh = made.data
     assert (len(mesh.vertices), len(mesh.edges), len(mesh.polygons)) == (8 * count, 12 * count, 0)
@@ -176,3 +178,41 @@ def test_baked_cells_are_no_triangles_to_build_on(cells):
     made = bake.bake_cells(bpy.context, cells, display(), "bvh")
     made.data.calc_loop_triangles()
     assert len(made.data.loop_triangles) == 0
+
+
+def test_polyhedra_are_baked_as_such():
+    """A wedge: half of a cube, cut along a diagonal plane."""
+    floor = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]
+    roof = [(0, 0, 1), (1, 0, 1), (1, 1, 1)]
+    lists = [floor, roof, *([floor[i - 1], floor[i], roof[i], roof[i - 1]] for i in range(3))]
+    offsets = np.concatenate([[0], np.cumsum([len(points) for points in lists])])
+    faces = Polygons(np.concatenate(lists).astype(float), offsets, np.ones(5, dtype=np.int64))
+    box = corners_of(np.array([(2.0, 0, 0, 3, 1, 1)]))[0][SIDES]
+    faces = Polygons(
+        np.concatenate([box.reshape(-1, 3), faces.points]),
+        np.concatenate([4 * np.arange(6), 24 + faces.offsets]),
+        np.concatenate([np.zeros(6, dtype=np.int64), faces.owners]),
+    )
+    boxes = np.array([(2.0, 0, 0, 3, 1, 1), (0, 0, 0, 1, 1, 1)])
+    two = np.array([4, 7], dtype=np.int32)
+    cells = Cells.sorted_by_depth(boxes, two, two > 0, two, faces=faces)
+    mesh = bake.bake_cells(bpy.context, cells, display(), "bsp").data
+    assert (len(mesh.vertices), len(mesh.edges), len(mesh.polygons)) == (8 + 6, 12 + 9, 0)
+    count = read(mesh.attributes["count"].data, "value", dtype=np.int32)
+    assert count.tolist() == [4] * 8 + [7] * 6
+    edges = read(mesh.edges, "vertices", 2, np.int32)
+    points = read(mesh.vertices, "co", 3)
+    lengths = np.linalg.norm(np.subtract(*points[edges].swapaxes(0, 1)), axis=1)
+    np.testing.assert_allclose(np.sort(lengths[12:]), [1] * 7 + [np.sqrt(2)] * 2, rtol=1e-6)
+    assert not mesh.validate()
+
+
+def test_a_part_of_the_building_is_baked(cells):
+    order = np.arange(len(cells), dtype=np.int32)
+    cells = dataclasses.replace(cells, extra={"order": order})
+    made = bake.bake_cells(bpy.context, cells, display(replay=True, step=9), "bvh")
+    numbers = read(made.data.attributes["number"].data, "value", dtype=np.int32)[::8]
+    np.testing.assert_array_equal(numbers, cells.numbers[:10])
+    made = bake.bake_cells(bpy.context, cells, display(colour_by="order"), "bvh")
+    colours = read(made.data.attributes["colour"].data, "color_srgb", 4)[::8]
+    np.testing.assert_allclose(colours[:, :3], ramp(order / order.max()), atol=2e-3)

@@ -90,13 +90,14 @@ def test_step_ray_refuses_a_ray_there_is_not(bpy: Any, traced: Any, root: Any) -
 
 
 def test_path_ends_at_the_hit_and_shows_the_nodes(bpy: Any, traced: Any, current: Any) -> None:
-    from accelscope.addon.ray_path import segments_of
+    from accelscope.core.evaluation.ray_path import Walk, segments_of
 
     structure, rays = current.built.structure, current.traced.rays
     for index in range(0, 500, 50):
         t = current.traced.hits.t[index]
         steps = structure.record(rays, index)
-        segments, colours = segments_of(rays, index, t, steps, current.cells, structure.scene)
+        walk = Walk(structure, current.cells, rays, index, t, steps)
+        segments, colours = segments_of(walk)
         assert segments.shape == (len(colours), 2, 3)
         assert np.isfinite(segments).all()
         tally = steps.tally()
@@ -208,3 +209,82 @@ def test_clear_drops_everything(bpy: Any, traced: Any, current: Any) -> None:
     bpy.ops.accelscope.clear()
     assert current.built is current.traced is current.cells is current.record is None
     assert current.status(bpy.context).text == "Nothing has been built yet"
+
+
+# ------------------------------------------------------------------------ a walk event by event
+
+
+def test_the_recorded_ray_event_by_event(bpy: Any, traced: Any, root: Any, current: Any) -> None:
+    from accelscope.addon import overlay
+
+    def drawn() -> np.ndarray:
+        return overlay._overlay.paths[0]
+
+    root.ray_index = int(np.flatnonzero(current.traced.hits.primitive >= 0)[0])
+    bpy.ops.accelscope.step_ray()
+    whole = len(drawn())
+    count = len(current.steps)
+    root.event = 0
+    assert len(drawn()) == whole  # not asked for
+    root.step_events = True
+    assert len(drawn()) < whole
+    first = current.legend
+    root.event = 10**6  # there are no more than there are
+    assert len(drawn()) >= whole
+    assert current.legend != first
+    assert current.event_text(count - 1)
+    root.step_events = False
+    assert len(drawn()) == whole
+    # Without a recorded ray the settings do no harm.
+    bpy.ops.accelscope.clear()
+    root.step_events = True
+    root.event = 3
+
+
+# --------------------------------------------------------------------------------------- links
+
+
+def test_links_only_where_there_are_some(bpy: Any, monkey: Any, root: Any) -> None:
+    root.structure = "bvh"
+    assert not bpy.ops.accelscope.show_links.poll()
+    bpy.ops.accelscope.build()
+    assert not bpy.ops.accelscope.show_links.poll()
+
+
+def test_links_of_the_leaf_at_the_cursor(
+    bpy: Any, monkey: Any, root: Any, current: Any, monkeypatch: Any
+) -> None:
+    """An octree whose leaves are linked to the root."""
+    from accelscope.addon import overlay
+    from accelscope.core.structures import structure_named
+
+    def links(structure: Any, number: int) -> np.ndarray:
+        return np.array([[[0.0, 0, 0], [1, 1, 1]]])
+
+    monkeypatch.setattr(structure_named("octree"), "links", links)
+    root.structure = "octree"
+    root.structures.octree.max_depth = 3
+    bpy.ops.accelscope.build()
+    assert overlay._overlay.paths is None
+    cells = current.cells
+    place = int(np.flatnonzero(cells.is_leaf)[5])
+    cursor = 0.5 * (cells.boxes[place, :3] + cells.boxes[place, 3:])
+    bpy.context.scene.cursor.location = cursor
+    assert bpy.ops.accelscope.show_links() == {"FINISHED"}
+    number = int(cells.numbers[place])
+    assert current.linked_leaf == number
+    assert len(overlay._overlay.paths[0]) == 12 + 5
+
+    # A ray is drawn beside them.
+    bpy.ops.accelscope.trace()
+    bpy.ops.accelscope.show_links(leaf=number)
+    links_alone = len(overlay._overlay.paths[0])
+    bpy.ops.accelscope.step_ray()
+    assert len(overlay._overlay.paths[0]) > links_alone
+
+    inner = int(cells.numbers[~cells.is_leaf][0])
+    with pytest.raises(RuntimeError, match=f"no leaf with the number {inner}"):
+        bpy.ops.accelscope.show_links(leaf=inner)
+    bpy.context.scene.cursor.location = (1e6, 0, 0)
+    assert bpy.ops.accelscope.show_links() == {"FINISHED"}
+    assert current.linked_leaf == -1

@@ -16,9 +16,16 @@ import pytest
 bpy = pytest.importorskip("bpy")
 gpu = pytest.importorskip("gpu")
 
-from accelscope.addon import overlay  # noqa: E402
-from accelscope.core.colours import INNER_COLOUR, count_colours, depth_colours  # noqa: E402
-from accelscope.core.structures.cells import Cells  # noqa: E402
+from accelscope.addon import overlay, selection  # noqa: E402
+from accelscope.core.colours import (  # noqa: E402
+    EMPTY_TINT,
+    INNER_COLOUR,
+    count_colours,
+    depth_colours,
+    face_opacity,
+    ramp,
+)
+from accelscope.core.structures.cells import Cells, Polygons, rectangles  # noqa: E402
 from mathutils import Matrix, Vector  # noqa: E402
 
 pytestmark = pytest.mark.bpy
@@ -29,7 +36,8 @@ WIDTH, HEIGHT = 240, 160
 def display(**changed):
     settings = {
         "show": True, "depth_min": 0, "depth_max": 1_000_000, "leaves_only": False,
-        "hide_empty": False, "opacity": 1.0, "line_width": 1.0, "colour_by": "depth",
+        "hide_empty": False, "tint_empty": False, "planes": False, "replay": False, "step": 0,
+        "opacity": 1.0, "line_width": 1.0, "colour_by": "depth",
     }  # fmt: skip
     return SimpleNamespace(**(settings | changed))
 
@@ -70,10 +78,12 @@ def test_runs_are_the_visible_cells(leaves_only, hide_empty, depths):
     settings = display(
         depth_min=depths[0], depth_max=depths[1], leaves_only=leaves_only, hide_empty=hide_empty
     )
-    sections = overlay._sections(cells)
-    runs = overlay._drawn_runs(sections, settings)
+    sections = selection.sections_of(cells)
+    runs = selection.drawn_runs(sections, settings)
     drawn = np.concatenate([sections.order[first:last] for first, last in runs])
-    np.testing.assert_array_equal(np.sort(drawn), np.flatnonzero(overlay.visible(cells, settings)))
+    np.testing.assert_array_equal(
+        np.sort(drawn), np.flatnonzero(selection.visible(cells, settings))
+    )
     assert len(runs) == 3  # draw calls, whatever the cells
 
 
@@ -90,9 +100,9 @@ def test_too_many_cells_are_cut_in_order_of_importance(monkeypatch):
     cells = random_cells(1000)
     leaves = int((cells.is_leaf & (cells.count > 0)).sum())
     inner = int((~cells.is_leaf).sum())
-    monkeypatch.setattr(overlay, "MAXIMUM_DRAWN", leaves + 10)
+    monkeypatch.setattr(selection, "MAXIMUM_DRAWN", leaves + 10)
     overlay.set_cells(cells)
-    runs = overlay._drawn_runs(overlay._sections(cells), display())
+    runs = selection.drawn_runs(selection.sections_of(cells), display())
     assert [last - first for first, last in runs] == [leaves, 10, 0]
     assert (
         overlay.shown_text(display())
@@ -100,8 +110,8 @@ def test_too_many_cells_are_cut_in_order_of_importance(monkeypatch):
     )
     assert "most" not in overlay.shown_text(display(leaves_only=True, hide_empty=True))
 
-    monkeypatch.setattr(overlay, "MAXIMUM_HELD", leaves + inner + 5)
-    sections = overlay._sections(cells)
+    monkeypatch.setattr(selection, "MAXIMUM_HELD", leaves + inner + 5)
+    sections = selection.sections_of(cells)
     assert len(sections.order) == leaves + inner + 5
     assert sections.ends.tolist() == [leaves, leaves + inner, leaves + inner + 5]
 
@@ -428,10 +438,10 @@ def test_colours_are_those_of_the_ramp(canvas, colour_by):
 
 def test_a_few_levels_take_the_whole_ramp():
     cells = make_cells(np.zeros((9, 6)), depth=np.arange(9), count=np.arange(9))
-    assert overlay.colour_maximum(cells, display()) == 8
-    assert overlay.colour_maximum(cells, display(depth_max=3)) == 3
-    assert overlay.colour_maximum(cells, display(depth_max=3, colour_by="count")) == 8
-    assert overlay.colour_maximum(make_cells(np.zeros((0, 6))), display()) == 0
+    assert selection.colour_maximum(cells, display()) == 8
+    assert selection.colour_maximum(cells, display(depth_max=3)) == 3
+    assert selection.colour_maximum(cells, display(depth_max=3, colour_by="count")) == 8
+    assert selection.colour_maximum(make_cells(np.zeros((0, 6))), display()) == 0
 
 
 def wall(y):
@@ -532,3 +542,210 @@ def test_no_cells_draw_nothing(canvas):
     overlay.set_cells(make_cells(np.zeros((0, 6))))
     overlay.set_paths(np.zeros((0, 2, 3)), np.zeros((0, 4)))
     assert canvas.draw(display()).max() == 0.0
+
+
+# --------------------------------------------------------- polyhedra, planes, empty leaves, steps
+
+
+def prisms():
+    """Return the two halves of a cube, cut along a diagonal plane."""
+    low = [(-1, -1), (1, -1), (1, 1)]
+    high = [(-1, -1), (1, 1), (-1, 1)]
+    lists = []
+    for base in (low, high):
+        floor = [(*corner, -1) for corner in base]
+        roof = [(*corner, 1) for corner in base]
+        sides = [[floor[i - 1], floor[i], roof[i], roof[i - 1]] for i in range(3)]
+        lists += [floor, roof, *sides]
+    offsets = np.concatenate([[0], np.cumsum([len(points) for points in lists])])
+    faces = Polygons(np.concatenate(lists).astype(float), offsets, np.repeat([0, 1], 5))
+    boxes = np.tile((-1.0, -1, -1, 1, 1, 1), (2, 1))
+    return boxes, faces
+
+
+def edges_of_prism(faces, owner):
+    polygons = np.split(faces.points, faces.offsets[1:-1])
+    return np.array(
+        [(face[i - 1], face[i]) for face, of in zip(polygons, faces.owners) if of == owner
+         for i in range(len(face))]
+    )  # fmt: skip
+
+
+def test_polyhedra_are_drawn_as_what_they_are(canvas):
+    boxes, faces = prisms()
+    # The second is deeper but fuller: sections turn the order around.
+    cells = Cells.sorted_by_depth(
+        boxes, np.array([0, 1]), np.array([True, True]), np.array([0, 3]), faces=faces
+    )
+    overlay.set_cells(cells)
+    view = look_at((4, -6, 3), (0, 0, 0))
+    before = overlay.uploads()
+    for owner in (0, 1):
+        settings = display(depth_min=owner, depth_max=owner, colour_by="count", line_width=3.0)
+        light = canvas.draw(settings, view).max(axis=2)
+        distance = distances(edges_of_prism(faces, owner), view)
+        assert light[distance > 0.71 * 3.0 + 1.0].max() == 0.0
+        # Edges of empty leaves are faint.
+        assert light[distance < 0.9].min() > (0.2 if owner == 0 else 0.7)
+    assert overlay.uploads() == before + 1
+
+
+def pixel(picture, x, z):
+    """Return the colour at a place in front of FROM_FRONT, orthographic."""
+    column = (x / (2.0 * WIDTH / HEIGHT) + 1.0) * 0.5 * WIDTH
+    return picture[int((z / 2.0 + 1.0) * 0.5 * HEIGHT), int(column)]
+
+
+def test_empty_leaves_are_tinted(canvas):
+    boxes = row_of_boxes(4)
+    depth = np.array([1, 1, 2, 2])
+    overlay.set_cells(make_cells(boxes, depth, np.array([1, 1, 1, 0]), np.array([0, 2, 0, 0])))
+    settings = display(tint_empty=True, hide_empty=True, opacity=0.8)
+    picture = canvas.draw(settings, FROM_FRONT, orthographic())
+    before = overlay.uploads()
+    middle = 0.5 * (boxes[:, 0] + boxes[:, 3])
+    x, y, z = (boxes[0, 3:] - boxes[0, :3]).tolist()
+    area = 2 * 2 * (x * y + y * z + z * x)
+    width, (y, z) = boxes[3, 3] - boxes[0, 0], (y, z)
+    around = 2 * (width * y + y * z + z * width)
+    alpha = face_opacity(area, around, overlay.TINT_COVER * 0.8)
+    # Through the front and the back.
+    tint = (1.0 - (1.0 - alpha) ** 2) * np.array(EMPTY_TINT)
+    for place, expected in zip(middle, (tint, 0 * tint, tint, 0 * tint)):
+        np.testing.assert_allclose(pixel(picture, place, 0.0), expected, atol=0.01)
+
+    deeper = canvas.draw(display(tint_empty=True, depth_min=2), FROM_FRONT, orthographic())
+    assert pixel(deeper, middle[0], 0.0).max() == 0.0
+    assert pixel(deeper, middle[2], 0.0).max() > 0.1
+    assert overlay.uploads() == before
+
+
+def cells_with_planes():
+    """Return a row of four inner nodes, each cut by an upright plane that faces the viewer."""
+    boxes = row_of_boxes(4)
+    corners = np.stack(
+        [boxes[:, [0, 1, 2]], boxes[:, [3, 1, 2]], boxes[:, [3, 1, 5]], boxes[:, [0, 1, 5]]], axis=1
+    )
+    depth = np.array([0, 1, 2, 3])
+    nothing = np.zeros(4, dtype=np.int32)
+    planes = rectangles(corners, np.arange(4))
+    return boxes, Cells.sorted_by_depth(boxes, depth, nothing == 1, nothing, planes=planes)
+
+
+@pytest.mark.parametrize("colour_by", ["depth", "count"])
+def test_planes_are_drawn_within_their_cells(canvas, colour_by):
+    boxes, cells = cells_with_planes()
+    overlay.set_cells(cells)
+    middle = 0.5 * (boxes[:, 0] + boxes[:, 3])
+    settings = display(planes=True, leaves_only=True, depth_max=3, colour_by=colour_by)
+    picture = canvas.draw(settings, FROM_FRONT, orthographic())
+    before = overlay.uploads()
+    colours = depth_colours(cells.depth, 3) if colour_by == "depth" else [INNER_COLOUR] * 4
+    alpha = pixel(picture, middle[0], 0.0).max() / max(colours[0])
+    assert 0.05 < alpha < overlay.PLANE_COVER + 0.01
+    for place, colour in zip(middle, colours):
+        seen = pixel(picture, place, 0.0)
+        np.testing.assert_allclose(seen, np.array(colour) * alpha, atol=0.01)
+        assert pixel(picture, place, 0.35).max() == 0.0
+    assert pixel(picture, 0.5 * (boxes[0, 3] + boxes[1, 0]), 0.0).max() == 0.0
+    # They have outlines.
+    settings.line_width = 5.0
+    outlined = canvas.draw(settings, FROM_FRONT, orthographic())
+    assert pixel(outlined, middle[1], 0.34).max() > 0.1
+
+    some = canvas.draw(
+        display(planes=True, leaves_only=True, depth_min=1, depth_max=2), FROM_FRONT, orthographic()
+    )
+    shown = [pixel(some, place, 0.0).max() > 0.02 for place in middle]
+    assert shown == [False, True, True, False]
+    without = canvas.draw(display(leaves_only=True), FROM_FRONT, orthographic())
+    assert without.max() == 0.0
+    assert overlay.uploads() == before
+
+
+def replayed_cells():
+    """Return a row of boxes: four cells in the order in which they are made, and divided.
+
+    Each is divided by the next step into the next one, as far as boxes go: same box one level down.
+    """
+    boxes = row_of_boxes(4)
+    order = np.array([0, 1, 2, 3], dtype=np.int32)
+    return boxes, Cells.sorted_by_depth(
+        np.concatenate([boxes, boxes[:3]]),
+        np.array([0, 0, 0, 0, 1, 1, 1]),
+        np.array([False, False, False, True, True, True, True]),
+        np.array([0, 0, 0, 5, 2, 2, 2]),
+        {"order": np.concatenate([order, order[:3] + 4])},
+    )
+
+
+def test_a_part_of_the_building_is_shown(canvas):
+    boxes, cells = replayed_cells()
+    overlay.set_cells(cells)
+    canvas.draw(display())
+    before = overlay.uploads()
+    for step in range(8):
+        made = [place <= step for place in range(4)]
+        everything = display(replay=True, step=step)
+        assert lit(canvas, everything, boxes) == made
+        # Divided or not, there is a leaf: the node itself, or what it is divided into.
+        assert lit(canvas, display(replay=True, step=step, leaves_only=True), boxes) == made
+        shown = int((cells.extra["order"] <= step).sum())
+        assert overlay.shown_text(everything) == f"showing {shown} of 7 cells"
+        assert selection.visible(cells, everything).sum() == shown
+        leaves = display(replay=True, step=step, leaves_only=True)
+        assert selection.visible(cells, leaves).sum() == sum(made)
+    assert lit(canvas, display(step=1), boxes) == [True] * 4
+    assert overlay.uploads() == before
+
+
+def test_leaves_are_those_of_the_step(canvas):
+    """Of a cell and the one it is divided into, the colour tells which of both is drawn."""
+    boxes, cells = replayed_cells()
+    overlay.set_cells(cells)
+    x = (boxes[:, 0] / (2.0 * WIDTH / HEIGHT) + 1.0) * 0.5 * WIDTH
+    settings = display(replay=True, step=5, leaves_only=True, line_width=5.0)
+    row = canvas.draw(settings, FROM_FRONT, orthographic())[HEIGHT // 2, x.astype(int)]
+    shallow, deep = depth_colours([0, 1], 1)
+    # Cell 0 is divided since step 4; cell 1 in step 5, which made white ones; 2 and 3 are not yet.
+    np.testing.assert_allclose(row, [deep, [1, 1, 1], shallow, shallow], atol=0.012)
+
+
+def test_colours_by_order(canvas):
+    boxes, cells = replayed_cells()
+    overlay.set_cells(cells)
+    x = (boxes[:, 0] / (2.0 * WIDTH / HEIGHT) + 1.0) * 0.5 * WIDTH
+    settings = display(colour_by="order", line_width=5.0, depth_max=0)
+    row = canvas.draw(settings, FROM_FRONT, orthographic())[HEIGHT // 2, x.astype(int)]
+    np.testing.assert_allclose(row, ramp(np.arange(4) / 6), atol=0.012)
+    plain = make_cells(boxes, depth=np.arange(4))
+    assert selection.coloured_by(plain, display(colour_by="order")) == "depth"
+
+
+def test_planes_appear_when_their_cell_is_divided(canvas):
+    boxes, cells = replayed_cells()
+    corners = np.stack(
+        [boxes[:, [0, 1, 2]], boxes[:, [3, 1, 2]], boxes[:, [3, 1, 5]], boxes[:, [0, 1, 5]]], axis=1
+    )
+    import dataclasses
+
+    cells = dataclasses.replace(cells, planes=rectangles(corners[:3], np.arange(3)))
+    overlay.set_cells(cells)
+    middle = 0.5 * (boxes[:3, 0] + boxes[:3, 3])
+    opacities = []
+    for step in range(8):
+        settings = display(replay=True, step=step, planes=True)
+        picture = canvas.draw(settings, FROM_FRONT, orthographic())
+        seen = [pixel(picture, place, 0.0).max() for place in middle]
+        assert [light > 0.02 for light in seen] == [step >= 4 + place for place in range(3)]
+        opacities.append(max(seen))
+    assert opacities[4] >= opacities[6] > 0.05  # more planes, each fainter
+
+
+def test_a_hundred_thousand_empty_leaves_are_a_tint_of_the_first(monkeypatch, canvas):
+    monkeypatch.setattr(selection, "MAXIMUM_FILLED", 3)
+    boxes = row_of_boxes(4)
+    overlay.set_cells(make_cells(boxes, depth=np.arange(4), count=0))
+    picture = canvas.draw(display(tint_empty=True, hide_empty=True), FROM_FRONT, orthographic())
+    middle = 0.5 * (boxes[:, 0] + boxes[:, 3])
+    assert [pixel(picture, place, 0.0).max() > 0.02 for place in middle] == [True] * 3 + [False]

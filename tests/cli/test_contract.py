@@ -287,7 +287,7 @@ def test_pictures(run, tmp_path):
     assert (outcome.code, outcome.err) == (0, "")
     page = (folder / "index.html").read_text()
     files = sorted(path.name for path in folder.iterdir() if path.name != "index.html")
-    assert len(files) == 2 + 1 + 2
+    assert len(files) == 3 + 2 + 3
     for name in files:
         assert page.count(f'src="{name}"') == 1
         pixels = read_png(folder / name).astype(int)

@@ -1,0 +1,206 @@
+"""Edges and faces of cells, whatever their shape: what all drawing of cells is made of.
+
+A cell is a box, or a convex polyhedron given by its faces. Two faces of a polyhedron meet in an
+edge and bring its ends along each for itself: equal ends are found and joined here.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:  # only the types: their module brings Numba in
+    from .structures.cells import Cells, Polygons
+
+UNIT_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)], dtype=np.float32)
+"""Corners of a box, (8, 3): 0 stands for its lower and 1 for its upper bound."""
+
+EDGES = np.array(
+    [(i, i | 1 << axis) for axis in range(3) for i in range(8) if not i & 1 << axis],
+    dtype=np.int32,
+)
+"""Edges of a box, (12, 2), as pairs of corners."""
+
+SIDES = np.array([(0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2),
+                  (4, 5, 7, 6)], dtype=np.int32)  # fmt: skip
+"""Sides of a box, (6, 4), as corners once around: lower and upper in x, y and z."""
+
+JOINED = 1e-7
+"""Corners of a polyhedron as near as this share of its size are one."""
+
+
+class Wires(NamedTuple):
+    """Edges without faces.
+
+    Attributes
+    ----------
+    points : (m, 3) float64
+    edges : (k, 2) int64
+        Pairs of points; no two edges of a cell are equal.
+    owners : (m,) int64
+        Place in `Cells` of the cell that each point belongs to, ascending along `edges`, too.
+    """
+
+    points: np.ndarray
+    edges: np.ndarray
+    owners: np.ndarray
+
+    def segments(self) -> np.ndarray:
+        """Return both ends of every edge, (k, 2, 3)."""
+        return self.points[self.edges]
+
+    def edge_owners(self) -> np.ndarray:
+        """Return the place of the cell that each edge belongs to, (k,)."""
+        return self.owners[self.edges[:, 0]]
+
+
+def corners_of(boxes: np.ndarray) -> np.ndarray:
+    """Return the corners of boxes (n, 6) in the order of UNIT_CORNERS, (n, 8, 3)."""
+    return np.where(UNIT_CORNERS == 0.0, boxes[:, None, :3], boxes[:, None, 3:])
+
+
+def box_segments(boxes: np.ndarray) -> np.ndarray:
+    """Return the edges of boxes (n, 6) as segments, (12 n, 2, 3)."""
+    return corners_of(boxes)[:, EDGES].reshape(-1, 2, 3)
+
+
+def wires_of(cells: Cells, places: np.ndarray) -> Wires:
+    """Return the edges of some cells.
+
+    Parameters
+    ----------
+    places : (k,) int
+        Ascending.
+    """
+    if cells.faces is not None:
+        return _joined(_chosen(cells.faces, places), cells.boxes)
+    points = corners_of(cells.boxes[places]).reshape(-1, 3)
+    edges = 8 * np.arange(len(places))[:, None, None] + EDGES
+    return Wires(points, edges.reshape(-1, 2), np.repeat(places, 8))
+
+
+def outlines_of(polygons: Polygons) -> Wires:
+    """Return the sides of polygons."""
+    sizes = np.diff(polygons.offsets)
+    corners = np.arange(len(polygons.points))
+    following = corners + 1
+    # The last side of a polygon leads back to its first corner. There are no empty polygons.
+    following[polygons.offsets[1:] - 1] = polygons.offsets[:-1]
+    edges = np.stack([corners, following], axis=1)
+    return Wires(polygons.points, edges, np.repeat(polygons.owners, sizes))
+
+
+def faces_of(cells: Cells, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the faces of some cells as triangles.
+
+    Parameters
+    ----------
+    places : (k,) int
+        Ascending.
+
+    Returns
+    -------
+    triangles : (m, 3, 3) float64
+    owners : (m,) int64
+        Ascending.
+    """
+    if cells.faces is not None:
+        return triangles_of(_chosen(cells.faces, places))
+    around = corners_of(cells.boxes[places])[:, SIDES]
+    halves = around[:, :, [(0, 1, 2), (0, 2, 3)]]
+    return halves.reshape(-1, 3, 3), np.repeat(places, 12)
+
+
+def triangles_of(polygons: Polygons) -> tuple[np.ndarray, np.ndarray]:
+    """Return convex polygons as fans of triangles (m, 3, 3), and the owner of each (m,)."""
+    sizes = np.diff(polygons.offsets)
+    per_polygon = np.maximum(sizes - 2, 0)
+    first = np.repeat(polygons.offsets[:-1], per_polygon)
+    # The rank of a triangle in its fan.
+    rank = np.arange(len(first)) - np.repeat(np.cumsum(per_polygon) - per_polygon, per_polygon)
+    triangles = polygons.points[np.stack([first, first + rank + 1, first + rank + 2], axis=1)]
+    return triangles, np.repeat(polygons.owners, per_polygon)
+
+
+def division_steps(cells: Cells) -> np.ndarray:
+    """Return the step of the building in which each cell was divided, (n,) int64.
+
+    That is when its children were made. They are the cells of one step, and together fill their
+    parent: the inner node one level above with the same box.
+
+    Leaves are given a step that never comes.
+    """
+    never = np.iinfo(np.int64).max
+    steps = np.full(len(cells), never)
+    order = cells.extra["order"].astype(np.int64)
+    by_step = np.lexsort((cells.depth, order))
+    first = np.flatnonzero(np.diff(order[by_step], prepend=-1))
+    boxes = cells.boxes + 0.0  # of the two zeros only one: boxes are compared byte by byte
+    lower = np.minimum.reduceat(boxes[by_step, :3], first)
+    upper = np.maximum.reduceat(boxes[by_step, 3:], first)
+    around = np.concatenate([lower, upper], axis=1)
+    made = {
+        (depth - 1, box.tobytes()): step
+        for depth, box, step in zip(
+            cells.depth[by_step[first]].tolist(), around, order[by_step[first]].tolist()
+        )
+    }
+    for place in np.flatnonzero(~cells.is_leaf).tolist():
+        key = int(cells.depth[place]), boxes[place].tobytes()
+        steps[place] = made.get(key, order[place])
+    return steps
+
+
+def _chosen(polygons: Polygons, places: np.ndarray) -> Polygons:
+    """Return the polygons of some owners."""
+    keep = np.isin(polygons.owners, places)
+    sizes = np.diff(polygons.offsets)
+    points = polygons.points[np.repeat(keep, sizes)]
+    offsets = np.concatenate([[0], np.cumsum(sizes[keep])])
+    return type(polygons)(points, offsets, polygons.owners[keep])
+
+
+def _joined(polygons: Polygons, boxes: np.ndarray) -> Wires:
+    """Return the edges of polyhedra, each once though two faces have it."""
+    apart = outlines_of(polygons)
+    around = boxes[apart.owners]
+    size = (around[:, 3:] - around[:, :3]).max(axis=1, initial=0.0)
+    grain = np.where(size > 0.0, JOINED * size, 1.0)
+    whole = np.rint((apart.points - around[:, :3]) / grain[:, None]).astype(np.int64)
+    order = np.lexsort((*whole.T, apart.owners))
+    named = np.column_stack([apart.owners, whole])[order]
+    is_new = np.ones(len(order), dtype=bool)
+    is_new[1:] = (named[1:] != named[:-1]).any(axis=1)
+    joined = np.empty(len(order), dtype=np.int64)
+    joined[order] = np.cumsum(is_new) - 1
+    points, owners = apart.points[order[is_new]], apart.owners[order[is_new]]
+
+    low, high = np.sort(joined[apart.edges], axis=1).T
+    code = np.unique(low[low != high] * len(points) + high[low != high])
+    return Wires(points, np.stack(np.divmod(code, max(len(points), 1)), axis=1), owners)
+
+
+# ----------------------------------------------------------------------------------------- marks
+
+
+def stars(points: np.ndarray, size: float) -> np.ndarray:
+    """Return marks of three crossing lines at points (n, 3), as segments (3 n, 2, 3)."""
+    arms = 0.5 * size * np.eye(3)
+    return (points[:, None, None] + np.stack([-arms, arms], axis=1)).reshape(-1, 2, 3)
+
+
+def arrows(segments: np.ndarray) -> np.ndarray:
+    """Return segments (n, 2, 3) with heads of four lines at their second ends, (5 n, 2, 3)."""
+    begin, end = segments[:, 0], segments[:, 1]
+    along = end - begin
+    length = np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
+    # Across: from the axis that the segment leans to least; then across both, as long as it is.
+    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
+    across *= length / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), length * 1e-9)
+    other = np.cross(along, across) / length
+    heads = [
+        np.stack([end, end - 0.12 * along + 0.05 * side], axis=1)
+        for side in (across, -across, other, -other)
+    ]
+    return np.concatenate([segments, *heads])
