@@ -14,6 +14,7 @@ from ..cells import Cells
 from ..contract import Statistics, Structure
 from .ropes import link
 from .tree import TreeWorkspace, make_workspace
+from . import heap as heap, march as march, recursive as recursive, segments as segments
 from .walks import WALKS, Neighbours, Ropes
 
 
@@ -116,11 +117,8 @@ class Subdivision(Structure):
     def with_walk(self, tree: Any) -> None:
         """Set :attr:`arrays` to the tree with the walk of the settings."""
         settings = self.settings
-        if settings.walk != "neighbours":
-            self.arrays = WALKS[settings.walk](tree, settings.mailbox)
-        elif settings.links == "found":
-            self.arrays = Neighbours(tree, settings.mailbox)
-        else:
+        self.arrays = WALKS[settings.walk](tree, settings.mailbox)
+        if settings.walk == "neighbours" and settings.links == "stored":
             nodes = self.topology()
             ropes = link(tree, nodes.boxes, nodes.leaves)
             boxes = np.ascontiguousarray(nodes.boxes[nodes.leaves])
