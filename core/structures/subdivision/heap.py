@@ -13,7 +13,7 @@ import numpy as np
 from ...kernels import implements, inlined, inner
 from ..contract import walk
 from ..steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
-from .tree import NODE, ROOT, Span, enter_root, expand, leaf_index, pop, push
+from .tree import NODE, ROOT, Span, enter_root, expand, leaf_index, push
 from .walks import NOTHING, Heap, found, limit_of, visit_leaf
 
 ENTER, EXIT, LATE, KEY, CEILING, AGE = range(6)

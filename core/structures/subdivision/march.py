@@ -104,7 +104,7 @@ def next_node(structure, workspace, index, depth, gate, log):
 
 
 def leave_cell_in_rows(structure, workspace, index, depth, gate):
-    """The leaf's cell was put together on the way down from the root."""
+    """Take the leaf's cell as it was put together on the way down from the root."""
     return find_gate(workspace.rows, depth, workspace.frame, gate)
 
 
@@ -114,7 +114,7 @@ implements(leave_leaf, Neighbours)(leave_cell_in_rows)
 
 @implements(leave_leaf, Ropes)
 def leave_stored_cell(structure, workspace, index, depth, gate):
-    """The leaf's cell is stored, since links lead to it from anywhere."""
+    """Take the leaf's cell from where it is stored, since links lead to it from anywhere."""
     return find_gate(structure.boxes, index, workspace.frame, gate)
 
 

@@ -12,10 +12,13 @@ from ...geometry.rays import ULPS
 from ...settings import setting
 from ..cells import Cells
 from ..contract import Statistics, Structure
+from . import heap as heap
+from . import march as march
+from . import recursive as recursive
+from . import segments as segments
 from .ropes import link
 from .tree import TreeWorkspace, make_workspace
-from . import heap as heap, march as march, recursive as recursive, segments as segments
-from .walks import WALKS, Neighbours, Ropes
+from .walks import WALKS, Ropes
 
 
 def walk_setting(default: str = "recursive") -> Any:
