@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...kernels import implements, inner
-from ..contract import Found, walk
-from ..steps import VISIT_INNER, VOLUME_TEST, note
+from ..contract import walk
+from ..steps import NONE, VISIT_INNER, VOLUME_TEST, note
 from ..subdivision.tree import (
     ROOT,
     enter_root,
@@ -34,9 +34,8 @@ from ..subdivision.tree import (
     meets_near,
     near_part,
     push,
-    set_frame,
 )
-from ..subdivision.walks import Best, depth_first, limit_of, visit_leaf
+from ..subdivision.walks import NOTHING, Recursive, found, limit_of, visit_leaf
 
 SLACKS = 2.0
 """Rounding that the band holds, in differences of a ray's two slacked origins: 32 ulps."""
@@ -151,7 +150,7 @@ def find_leaf(tree, frame, log, entry, leave):
     exit_t, exit_late, exit_node, second = leave.exit, leave.late, np.int64(-1), np.inf
     is_clear = entry.is_clear
     while leaf_index(tree, node) < 0:
-        note(log, VISIT_INNER, node, -1, entry.t, leave.exit)
+        note(log, VISIT_INNER, node, NONE, entry.t, leave.exit)
         early, late, side = meet_plane(tree, node, frame)
         if early <= entry.t:
             # Behind: the ray must have come clearly before, unless this is the entry itself.
@@ -175,26 +174,23 @@ def walk_march(structure, triangles, ray, number, workspace, log):
     """Find every leaf from the root."""
     tree = structure.tree
     written = log.written[0]
-    set_frame(workspace, ray)
-    root, enter_late, _ = enter_root(tree.box, workspace.frame, ray.t_max)
-    note(log, VOLUME_TEST, -1, -1, root.enter, root.enter)
-    best = Best(np.inf, -1, 0, 0, 0)
-    inner, leaves = 0, 0
+    root, enter_late, _ = enter_root(tree.box, ray, workspace.frame)
+    note(log, VOLUME_TEST, NONE, NONE, root.enter, root.enter)
+    best, inner_nodes = NOTHING, 0
     entry = Passage(root.enter, enter_late, np.int64(-1), True)
     searching = root.enter < np.inf
     while searching:
         node, passage, depth = find_leaf(tree, workspace.frame, log, entry, root)
         if not passage.is_clear:
+            # The mailbox must not know what this walk has tested.
             log.written[0] = written
-            return depth_first(structure, triangles, ray, -2 - number, workspace, log)
-        inner += depth
-        leaves += 1
+            again = Recursive(tree, structure.mailbox)
+            return walk(again, triangles, ray, -2 - number, workspace, log)
+        inner_nodes += depth
         best = visit_leaf(
             structure, triangles, ray, number, workspace, log,
             node, leaf_index(tree, node), entry.t, passage.t, best,
         )  # fmt: skip
         entry = passage
         searching = entry.node >= 0 and entry.t <= limit_of(ray, best)
-    return Found(
-        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved
-    )
+    return found(best, inner_nodes)

@@ -12,9 +12,13 @@ from ...geometry.rays import ULPS
 from ...settings import setting
 from ..cells import Cells
 from ..contract import Statistics, Structure
+from . import heap as heap
+from . import march as march
+from . import recursive as recursive
+from . import segments as segments
 from .ropes import link
 from .tree import TreeWorkspace, make_workspace
-from .walks import WALKS, Neighbours, Ropes
+from .walks import WALKS, Ropes
 
 
 def walk_setting(default: str = "recursive") -> Any:
@@ -124,11 +128,8 @@ class Subdivision(Structure):
     def with_walk(self, tree: Any) -> None:
         """Set :attr:`arrays` to the tree with the walk of the settings."""
         settings = self.settings
-        if settings.walk != "neighbours":
-            self.arrays = WALKS[settings.walk](tree, settings.mailbox)
-        elif settings.links == "found":
-            self.arrays = Neighbours(tree, settings.mailbox)
-        else:
+        self.arrays = WALKS[settings.walk](tree, settings.mailbox)
+        if settings.walk == "neighbours" and settings.links == "stored":
             nodes = self.topology()
             ropes = link(tree, nodes.boxes, nodes.leaves)
             boxes = np.ascontiguousarray(nodes.boxes[nodes.leaves])
