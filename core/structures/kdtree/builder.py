@@ -166,9 +166,9 @@ def grow(planes, limits, work, frontier, corners, allowance):
 
         # Where to split, if at all.
         axis, position, planar_below = LEAF, 0.0, True
-        if n > limits.max_leaf_size and depth < limits.max_depth:
-            if state[N_NODES] + 2 <= limits.budget:
-                axis, position, planar_below = choose_plane(planes, work, node)
+        may_grow = n > limits.max_leaf_size and depth < limits.max_depth
+        if may_grow and state[N_NODES] + 2 <= limits.budget:
+            axis, position, planar_below = choose_plane(planes, work, node)
         nodes[node, AXIS] = axis
         if axis == LEAF:
             list_leaf(state, nodes, node, codes, triangle, work.listed)

@@ -51,25 +51,18 @@ class SweepPlanes(NamedTuple):
 
 
 @inlined
-def inner_cost(planes, n_below, n_above, share_below, share_above):
-    """Return the cost of a plane; the shares are SA(L) / SA(V) and SA(R) / SA(V)."""
-    return planes.c_trav + planes.c_isect * (share_below * n_below + share_above * n_above)
-
-
-@inlined
 def plane_cost(planes, n_below, n_above, share_below, share_above):
-    """Return the cost of a plane, lowered if one side is empty."""
-    cost = inner_cost(planes, n_below, n_above, share_below, share_above)
+    """Return the cost of a plane, lowered if one side is empty.
+
+    The shares are SA(L) / SA(V) and SA(R) / SA(V).
+    """
+    cost = planes.c_trav + planes.c_isect * (share_below * n_below + share_above * n_above)
     return planes.keep * cost if n_below == 0 or n_above == 0 else cost
 
 
 @inner
 def sweep(planes, positions, codes, first, count, n, low, high, across, around, best_cost):
     """Find the cheapest plane of one axis, if it costs less than `best_cost`.
-
-    Of equal positions come ends first, then planar events, then starts. So the counts are right
-    after the last end and before the first start; the planes tried in between have too many
-    triangles on one side, cost more, and do no harm.
 
     Parameters
     ----------
@@ -93,49 +86,29 @@ def sweep(planes, positions, codes, first, count, n, low, high, across, around, 
         Whether the triangles in the plane go below.
     """
     best_position, best_below = np.nan, True
-    i, last = np.uint64(first), np.uint64(first + count)
-    # Before the first position and behind the last one there is nothing.
-    here = positions[i]
-    if low < here < high:
-        cost = plane_cost(
-            planes, 0, n, across + around * (here - low), across + around * (high - here)
-        )
-        if cost < best_cost:
-            best_cost, best_position, best_below = cost, here, False
     n_below, n_above = 0, n
+    i, last = np.uint64(first), np.uint64(first + count)
     while i < last:
-        kind, here = codes[i] & 3, positions[i]
-        i += ONE
-        share_below = across + around * (here - low)
-        share_above = across + around * (high - here)
-        if kind == PLANAR:
-            planar = 1
-            while i < last and positions[i] == here and (codes[i] & 3) == PLANAR:
-                planar += 1
-                i += ONE
-            cost = inner_cost(planes, n_below, n_above, share_below, share_above)
-            if cost < best_cost and low < here < high:
-                best_cost, best_position, best_below = cost, here, False
-            n_below += planar
-            n_above -= planar
-            cost = inner_cost(planes, n_below, n_above, share_below, share_above)
-            if (cost < best_cost or (cost == best_cost and here == best_position)) and (
-                low < here < high
-            ):
+        here = positions[i]
+        ends, planar, starts = 0, 0, 0
+        while i < last and positions[i] == here:
+            kind = codes[i] & 3
+            ends += kind == END
+            planar += kind == PLANAR
+            starts += kind == START
+            i += ONE
+        n_above -= ends + planar
+        if low < here < high:
+            share_below = across + around * (here - low)
+            share_above = across + around * (high - here)
+            cost = plane_cost(planes, n_below + planar, n_above, share_below, share_above)
+            if cost < best_cost:
                 best_cost, best_position, best_below = cost, here, True
-            continue
-        is_start = kind >> 1
-        n_above -= 1 - is_start
-        cost = inner_cost(planes, n_below, n_above, share_below, share_above)
-        if cost < best_cost and low < here < high:
-            best_cost, best_position, best_below = cost, here, is_start == 1
-        n_below += is_start
-    if low < here < high:
-        cost = plane_cost(
-            planes, n, 0, across + around * (here - low), across + around * (high - here)
-        )
-        if cost < best_cost or (cost == best_cost and here == best_position):
-            best_cost, best_position, best_below = cost, here, True
+            if planar > 0:
+                cost = plane_cost(planes, n_below, n_above + planar, share_below, share_above)
+                if cost < best_cost:
+                    best_cost, best_position, best_below = cost, here, False
+        n_below += starts + planar
     return best_cost, best_position, best_below
 
 
@@ -231,12 +204,6 @@ def divide_events(positions, codes, first, count, side, below, above):
     return np.int64(to_below) - below, np.int64(to_above) - above
 
 
-@inlined
-def comes_later(position, code, other, other_code):
-    """Say whether an event comes after another one: by position, then by kind."""
-    return position > other or (position == other and (code & 3) > (other_code & 3))
-
-
 @inner
 def merge_parts(positions, codes, begin, count, boxes, axis, parts, n_parts):
     """Put the events of clipped parts into a list; return their number.
@@ -266,9 +233,7 @@ def merge_parts(positions, codes, begin, count, boxes, axis, parts, n_parts):
         for i in range(fresh + gap, fresh + n):
             position, code = positions[i], codes[i]
             j = i
-            while j >= fresh + gap and comes_later(
-                positions[j - gap], codes[j - gap], position, code
-            ):
+            while j >= fresh + gap and positions[j - gap] > position:
                 positions[j], codes[j] = positions[j - gap], codes[j - gap]
                 j -= gap
             positions[j], codes[j] = position, code
@@ -277,7 +242,7 @@ def merge_parts(positions, codes, begin, count, boxes, axis, parts, n_parts):
     kept, to = begin + count - 1, begin + count + n - 1
     for i in range(fresh + n - 1, fresh - 1, -1):
         position, code = positions[i], codes[i]
-        while kept >= begin and comes_later(positions[kept], codes[kept], position, code):
+        while kept >= begin and positions[kept] > position:
             positions[to], codes[to] = positions[kept], codes[kept]
             kept -= 1
             to -= 1
@@ -323,10 +288,9 @@ def events_of(boxes: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     low, high = boxes[:, axis], boxes[:, 3 + axis]
     code = 4 * np.arange(len(boxes), dtype=np.int32)
     flat = low == high
-    # In the order of their kinds, which a stable sort keeps where positions are equal.
     positions = np.concatenate([high[~flat], low[flat], low[~flat]])
     codes = np.concatenate([code[~flat] + END, code[flat] + PLANAR, code[~flat] + START])
-    order = np.argsort(positions, kind="stable")
+    order = np.argsort(positions)
     return positions[order], codes[order]
 
 

@@ -28,7 +28,7 @@ MOST_SORTED = 64
 """Triangles of a leaf up to which the builder sorts them, by insertion."""
 
 END, PLANAR, START = range(3)
-"""Kinds of events, in the order that they have at one position."""
+"""Kinds of events."""
 
 # Places in `Work.state`.
 N_NODES, N_REFERENCES, N_LISTED, TOP, WIDTH = range(5)
