@@ -10,13 +10,13 @@ import numpy as np
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.kernels import kernel
 from accelscope.core.structures.kdtree import depth_limit
-from accelscope.core.structures.kdtree.clip import POLYGON_SIZE, fit_to_part
+from accelscope.core.structures.kdtree.clip import POLYGON_SIZE, divide_reference
 
 
 @kernel
-def fit(corners, triangle, cells, cell, polygon, boxes, reference):
+def divide(corners, triangle, cells, left, boxes, old, new, polygon):
     """Only kernels can call kernels."""
-    fit_to_part(corners, triangle, cells, cell, polygon, boxes, reference)
+    divide_reference(corners, triangle, cells, left, boxes, old, new, polygon)
 
 
 class Planes:
@@ -107,17 +107,18 @@ def build(scene, triangles, settings, cell, counts):
         left, right = cell.copy(), cell.copy()
         left[3 + axis] = right[axis] = position
         cells = np.stack([left, right])
-        below, above = boxes.copy(), boxes.copy()
+        below, above, pair = boxes.copy(), boxes.copy(), np.empty((2, 6))
         for i in np.flatnonzero(is_below & is_above):
-            for side, parts in enumerate((below, above)):
-                fit(triangles.corners, int(ids[i]), cells, side, polygon, parts, int(i))
+            pair[0] = boxes[i]
+            divide(triangles.corners, ids[i : i + 1].repeat(2), cells, 0, pair, 0, 1, polygon)
+            below[i], above[i] = pair
         return (
             (axis, position),
             grow(left, ids[is_below], below[is_below], depth + 1),
             grow(right, ids[is_above], above[is_above], depth + 1),
         )
 
-    return grow(cell, np.arange(len(scene)), boxes_of(triangles.corners), 0)
+    return grow(cell, np.arange(len(scene), dtype=np.int32), boxes_of(triangles.corners), 0)
 
 
 def nested(tree):

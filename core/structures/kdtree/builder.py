@@ -16,7 +16,7 @@ from ...errors import InputError
 from ...kernels import call, dispatched, inner, kernel
 from ...progress import Cancelled, Progress
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, drop, is_empty, peek, put
-from .clip import fit_to_part
+from .clip import divide_reference
 from .storage import Piece
 from .work import (
     AXIS,
@@ -26,7 +26,6 @@ from .work import (
     EVENTS,
     FIRST,
     LEAF,
-    MOST_SORTED,
     N_LISTED,
     N_NODES,
     N_REFERENCES,
@@ -53,8 +52,8 @@ BELOW, ABOVE, BOTH = range(3)
 
 
 @dispatched
-def choose_plane(planes, work, node):
-    """Choose the plane that splits a node.
+def choose_plane(planes, work, node, scratch):
+    """Choose the plane that splits a node; `work.positions` is free from `scratch` on.
 
     Returns
     -------
@@ -99,32 +98,19 @@ def divide_lists(planes, work, node, grows_below, grows_above, scratch, n_both):
 
 
 @inner
-def area_of(cells, node):
+def area_of(cell):
     """Return half the surface area of a cell."""
-    x = cells[node, 3] - cells[node, 0]
-    y = cells[node, 4] - cells[node, 1]
-    z = cells[node, 5] - cells[node, 2]
+    x, y, z = cell[3] - cell[0], cell[4] - cell[1], cell[5] - cell[2]
     return x * y + y * z + z * x
 
 
 @inner
-def list_leaf(state, nodes, node, codes, triangle, listed):
-    """Write the triangles of a leaf, in ascending order unless there are many of them.
-
-    Every reference has one event that starts it or is planar.
-    """
-    begin, place, n = nodes[node, BEGIN], state[N_LISTED], 0
-    nodes[node, FIRST] = place
-    for i in range(begin, begin + nodes[node, EVENTS]):
-        if codes[i] & 3 == END:
-            continue
-        id_, j = triangle[codes[i] >> 2], place + n
-        while n < MOST_SORTED and j > place and listed[j - 1] > id_:
-            listed[j] = listed[j - 1]
-            j -= 1
-        listed[j] = id_
-        n += 1
-    state[N_LISTED] = place + n
+def make_child(nodes, node, depth, n, begin, n_references):
+    """Write the row of a node that waits; its lists are still empty."""
+    row = nodes[node]
+    row[SIZE], row[DEPTH], row[BEGIN], row[REFERENCES] = n, depth, begin, n_references
+    for axis in range(3):
+        row[EVENTS + axis] = 0
 
 
 @kernel
@@ -140,82 +126,80 @@ def grow(planes, limits, work, frontier, corners, allowance):
     -------
     DONE, PAUSED, FULL or ASIDE
     """
-    state, nodes, cells = work.state, work.nodes, work.cells
-    triangle, boxes, codes = work.triangle, work.boxes, work.codes
+    state, nodes, codes = work.state, work.nodes, work.codes
     while not is_empty(frontier):
         node = peek(frontier, limits.order)
-        n, depth = nodes[node, SIZE], nodes[node, DEPTH]
+        row = nodes[node]
+        n, depth = row[SIZE], row[DEPTH]
         if SMALL < n <= limits.aside:
             return ASIDE
         if allowance <= 0:
             return PAUSED
         room = state[WIDTH] * n + 1
+        left, top, n_references = state[N_NODES], state[TOP], state[N_REFERENCES]
         if (
-            state[N_NODES] + 2 > nodes.shape[0]
+            left + 2 > nodes.shape[0]
             or state[N_LISTED] + n > work.listed.shape[0]
-            or state[N_REFERENCES] + n > triangle.shape[0]
-            or state[TOP] + 2 * room + 4 * n > codes.shape[0]
+            or n_references + n > work.triangle.shape[0]
+            or top + 2 * room + 4 * n > codes.shape[0]
         ):
             return FULL
         allowance -= room + 64
         drop(frontier, limits.order)
         if limits.order == DEPTH_FIRST:
             # Whatever lies above this node belonged to cells that are finished.
-            state[TOP] = nodes[node, BEGIN] + room
-            state[N_REFERENCES] = nodes[node, REFERENCES]
+            top, n_references = row[BEGIN] + room, row[REFERENCES]
 
         # Where to split, if at all.
         axis, position, planar_below = LEAF, 0.0, True
         may_grow = n > limits.max_leaf_size and depth < limits.max_depth
-        if may_grow and state[N_NODES] + 2 <= limits.budget:
-            axis, position, planar_below = choose_plane(planes, work, node)
-        nodes[node, AXIS] = axis
+        if may_grow and left + 2 <= limits.budget:
+            axis, position, planar_below = choose_plane(planes, work, node, top)
+        row[AXIS] = axis
         if axis == LEAF:
-            list_leaf(state, nodes, node, codes, triangle, work.listed)
+            row[FIRST] = state[N_LISTED]
+            for i in range(row[BEGIN], row[BEGIN] + row[EVENTS]):
+                # Every reference has one event that starts it or is planar.
+                if codes[i] & 3 != END:
+                    work.listed[state[N_LISTED]] = work.triangle[codes[i] >> 2]
+                    state[N_LISTED] += 1
             continue
-        left = state[N_NODES]
-        state[N_NODES] += 2
-        nodes[node, FIRST] = left
-        scratch = state[TOP] + 2 * room
+        row[FIRST] = left
+        state[N_NODES] = left + 2
+        scratch = top + 2 * room
         n_below, n_above, n_both = classify(
             planes, work, node, axis, position, planar_below, scratch
         )
 
         # The children. The left one's lists come last, on top of the stack.
-        for side in range(1, -1, -1):
-            child = left + side
-            nodes[child, DEPTH] = depth + 1
-            nodes[child, SIZE] = n_both + (n_above if side == ABOVE else n_below)
-            nodes[child, BEGIN] = state[TOP]
-            nodes[child, REFERENCES] = state[N_REFERENCES] + n_both
-            for other in range(3):
-                nodes[child, EVENTS + other] = 0
-            state[TOP] += state[WIDTH] * nodes[child, SIZE] + 1
-            for face in range(6):
-                cells[child, face] = cells[node, face]
-            cells[child, axis + 3 * (1 - side)] = position
+        n_below, n_above = n_below + n_both, n_above + n_both
+        make_child(nodes, left + 1, depth + 1, n_above, top, n_references + n_both)
+        top += state[WIDTH] * n_above + 1
+        make_child(nodes, left, depth + 1, n_below, top, n_references + n_both)
+        state[TOP] = top + state[WIDTH] * n_below + 1
+        for face in range(6):
+            work.cells[left, face] = work.cells[left + 1, face] = work.cells[node, face]
+        work.cells[left, 3 + axis] = work.cells[left + 1, axis] = position
 
-        # Parts above the plane become references of their own.
+        # Parts above the plane become references of their own. Leaves need no boxes.
+        grows_below = n_below > limits.max_leaf_size and depth + 1 < limits.max_depth
+        grows_above = n_above > limits.max_leaf_size and depth + 1 < limits.max_depth
+        state[N_REFERENCES] = n_references + n_both
         for i in range(n_both):
-            reference, new = codes[scratch + i], state[N_REFERENCES] + i
+            old, new = codes[scratch + i], n_references + i
             codes[scratch + n_both + i] = new
-            triangle[new] = triangle[reference]
-            for face in range(6):
-                boxes[new, face] = boxes[reference, face]
-        state[N_REFERENCES] += n_both
-        grows_below = nodes[left, SIZE] > limits.max_leaf_size and depth + 1 < limits.max_depth
-        grows_above = nodes[left + 1, SIZE] > limits.max_leaf_size and depth + 1 < limits.max_depth
-        first = 0 if grows_below else n_both
-        last = 2 * n_both if grows_above else n_both
-        for i in range(first, last):
-            reference = codes[scratch + i]
-            child = left + BELOW if i < n_both else left + ABOVE
-            fit_to_part(corners, triangle[reference], cells, child, work.polygon, boxes, reference)
+            work.triangle[new] = work.triangle[old]
+            if grows_below or grows_above:
+                divide_reference(
+                    corners, work.triangle, work.cells, left, work.boxes, old, new, work.polygon
+                )
         divide_lists(planes, work, node, grows_below, grows_above, scratch, n_both)
-        for side in range(2):
-            # A stack gives back first what was put last.
-            child = left + 1 - side if limits.order == DEPTH_FIRST else left + side
-            put(frontier, limits.order, child, area_of(cells, child) * nodes[child, SIZE])
+
+        # A stack gives back first what was put last.
+        first = 1 if limits.order == DEPTH_FIRST else 0
+        for i in range(2):
+            child = left + (i ^ first)
+            put(frontier, limits.order, child, area_of(work.cells[child]) * nodes[child, SIZE])
     return DONE
 
 

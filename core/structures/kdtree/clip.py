@@ -30,62 +30,66 @@ def clip(corners, triangle, cells, cell, polygon):
     corners : (n, 3, 3) float64
     cells : (k, 6) float64
     polygon : (2 * POLYGON_SIZE, 3) float64
-        Scratch; every plane that cuts moves the polygon to the other half.
+        Scratch; every plane moves the polygon to the other half.
     """
     first, count = 0, 3
+    box = cells[cell]
     for corner in range(3):
         for axis in range(3):
             polygon[corner, axis] = corners[triangle, corner, axis]
     for face in range(6):
-        axis, plane = face % 3, cells[cell, face]
+        axis, plane = face % 3, box[face]
         inward = 1.0 if face < 3 else -1.0
-        a = inward * (corners[triangle, 0, axis] - plane)
-        b = inward * (corners[triangle, 1, axis] - plane)
-        c = inward * (corners[triangle, 2, axis] - plane)
-        if a >= 0.0 and b >= 0.0 and c >= 0.0:
-            continue
         target = POLYGON_SIZE - first
-        kept, previous = target, first + count - 1
+        kept, last = target, polygon[first + count - 1]
         for corner in range(first, first + count):
-            before = inward * (polygon[previous, axis] - plane)
-            here = inward * (polygon[corner, axis] - plane)
+            point = polygon[corner]
+            before, here = inward * (last[axis] - plane), inward * (point[axis] - plane)
             if (before < 0.0 and here > 0.0) or (before > 0.0 and here < 0.0):
                 share = before / (before - here)
                 for other in range(3):
-                    p, q = polygon[previous, other], polygon[corner, other]
-                    polygon[kept, other] = plane if other == axis else p + share * (q - p)
+                    polygon[kept, other] = last[other] + share * (point[other] - last[other])
+                polygon[kept, axis] = plane
                 kept += 1
             if here >= 0.0:
                 for other in range(3):
-                    polygon[kept, other] = polygon[corner, other]
+                    polygon[kept, other] = point[other]
                 kept += 1
-            previous = corner
+            last = point
         first, count = target, kept - target
     return first, count
 
 
 @inner
-def fit_to_part(corners, triangle, cells, cell, polygon, boxes, reference):
-    """Shrink the box of a reference to the part of its triangle inside a cell.
+def divide_reference(corners, triangle, cells, left, boxes, old, new, polygon):
+    """Fit the boxes of a triangle's two parts, below and above the plane that it straddles.
 
-    The box stays inside the one it was and inside the cell. Where rounding would turn it inside
-    out, that is all it is cut to.
+    A box stays inside its cell and inside the box before. Where rounding would turn it inside out,
+    that is all it is cut to.
 
     Parameters
     ----------
+    triangle : (m,) int32
+        Of each reference.
+    left : int
+        The cell below the plane; that above is the next.
     boxes : (m, 6) float64
-        Row `reference` is changed.
+        Row `old` has the box of both parts and gets that of the part below, row `new` that of the
+        part above.
     """
-    first, count = clip(corners, triangle, cells, cell, polygon)
-    for axis in range(3):
-        lower = max(boxes[reference, axis], cells[cell, axis])
-        upper = min(boxes[reference, 3 + axis], cells[cell, 3 + axis])
-        low, high = np.inf, -np.inf
-        for corner in range(first, first + count):
-            low, high = min(low, polygon[corner, axis]), max(high, polygon[corner, axis])
-        low, high = max(low, lower), min(high, upper)
-        boxes[reference, axis] = low if low <= high else lower
-        boxes[reference, 3 + axis] = high if low <= high else upper
+    whole = boxes[old]
+    for side in range(1, -1, -1):
+        first, count = clip(corners, triangle[old], cells, left + side, polygon)
+        box, cell = boxes[new if side == 1 else old], cells[left + side]
+        for axis in range(3):
+            lower, upper = max(whole[axis], cell[axis]), min(whole[3 + axis], cell[3 + axis])
+            low, high = np.inf, -np.inf
+            for corner in range(first, first + count):
+                x = polygon[corner, axis]
+                low, high = min(low, x), max(high, x)
+            low, high = max(low, lower), min(high, upper)
+            box[axis] = low if low <= high else lower
+            box[3 + axis] = high if low <= high else upper
 
 
 @kernel

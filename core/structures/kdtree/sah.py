@@ -113,26 +113,26 @@ def sweep(planes, positions, codes, first, count, n, low, high, across, around, 
 
 
 @implements(choose_plane, SweepPlanes)
-def cheapest_plane(planes, work, node):
+def cheapest_plane(planes, work, node, scratch):
     """Sweep along all three axes. The plane must lie inside the cell and cost less than a leaf."""
-    nodes, cells = work.nodes, work.cells
-    n, begin = nodes[node, SIZE], nodes[node, BEGIN]
+    row, cell = work.nodes[node], work.cells[node]
+    n = row[SIZE]
     best_axis, best_position, best_below = LEAF, 0.0, True
     best_cost = planes.c_isect * n
     longest = 0.0
     for axis in range(3):
-        longest = max(longest, cells[node, 3 + axis] - cells[node, axis])
+        longest = max(longest, cell[3 + axis] - cell[axis])
     for axis in range(3):
         # Lengths relative to the longest, lest areas of tiny scenes vanish.
         u, v = (axis + 1) % 3, (axis + 2) % 3
-        low, high = cells[node, axis], cells[node, 3 + axis]
-        width = (cells[node, 3 + u] - cells[node, u]) / longest
-        height = (cells[node, 3 + v] - cells[node, v]) / longest
+        low, high = cell[axis], cell[3 + axis]
+        width = (cell[3 + u] - cell[u]) / longest
+        height = (cell[3 + v] - cell[v]) / longest
         area = width * height + (width + height) * ((high - low) / longest)
         if low < high and area > 0.0:
             cost, position, below = sweep(
-                planes, work.positions, work.codes, begin + 2 * n * axis,
-                nodes[node, EVENTS + axis], n, low, high,
+                planes, work.positions, work.codes, row[BEGIN] + 2 * n * axis,
+                row[EVENTS + axis], n, low, high,
                 width * height / area, (width + height) / (area * longest), best_cost,
             )  # fmt: skip
             if cost < best_cost:
@@ -143,10 +143,10 @@ def cheapest_plane(planes, work, node):
 @implements(classify, SweepPlanes)
 def classify_events(planes, work, node, axis, position, planar_below, scratch):
     """Go through the events of the split axis: a triangle is on both sides till it ends."""
-    nodes, positions, codes, side = work.nodes, work.positions, work.codes, work.side
+    row, positions, codes, side = work.nodes[node], work.positions, work.codes, work.side
     n_below, n_above, n_both = 0, 0, 0
-    begin = nodes[node, BEGIN] + 2 * nodes[node, SIZE] * axis
-    i, last = np.uint64(begin), np.uint64(begin + nodes[node, EVENTS + axis])
+    begin = row[BEGIN] + 2 * row[SIZE] * axis
+    i, last = np.uint64(begin), np.uint64(begin + row[EVENTS + axis])
     while i < last:
         code, here = codes[i], positions[i]
         kind, reference = code & 3, np.uint64(code) >> TWO
@@ -218,12 +218,12 @@ def merge_parts(positions, codes, begin, count, boxes, axis, parts, n_parts):
     # Write.
     fresh, n = parts + 2 * n_parts, 0
     for i in range(parts, parts + n_parts):
-        low, high = boxes[codes[i], axis], boxes[codes[i], 3 + axis]
-        positions[fresh + n] = low
-        codes[fresh + n] = 4 * codes[i] + (START if low < high else PLANAR)
+        code, box = 4 * codes[i], boxes[codes[i]]
+        low, high = box[axis], box[3 + axis]
+        positions[fresh + n], codes[fresh + n] = low, code + (START if low < high else PLANAR)
         n += 1
         if low < high:
-            positions[fresh + n], codes[fresh + n] = high, 4 * codes[i] + END
+            positions[fresh + n], codes[fresh + n] = high, code + END
             n += 1
     # Sort: insertion across ever smaller gaps (Shell), since there are mostly few.
     gap = 1
@@ -254,30 +254,26 @@ def merge_parts(positions, codes, begin, count, boxes, axis, parts, n_parts):
 @implements(divide_lists, SweepPlanes)
 def divide_sorted_lists(planes, work, node, grows_below, grows_above, scratch, n_both):
     """Divide the lists of all axes in order, then merge in the events of clipped parts."""
-    nodes, positions, codes = work.nodes, work.positions, work.codes
-    left = nodes[node, FIRST]
+    positions, codes, row = work.positions, work.codes, work.nodes[node]
+    below, above = work.nodes[row[FIRST]], work.nodes[row[FIRST] + 1]
     for axis in range(3 if grows_below or grows_above else 1):
-        n_below, n_above = divide_events(
-            positions, codes,
-            nodes[node, BEGIN] + 2 * nodes[node, SIZE] * axis, nodes[node, EVENTS + axis],
-            work.side,
-            nodes[left, BEGIN] + 2 * nodes[left, SIZE] * axis,
-            nodes[left + 1, BEGIN] + 2 * nodes[left + 1, SIZE] * axis,
+        below[EVENTS + axis], above[EVENTS + axis] = divide_events(
+            positions, codes, row[BEGIN] + 2 * row[SIZE] * axis, row[EVENTS + axis], work.side,
+            below[BEGIN] + 2 * below[SIZE] * axis, above[BEGIN] + 2 * above[SIZE] * axis,
         )  # fmt: skip
-        nodes[left, EVENTS + axis], nodes[left + 1, EVENTS + axis] = n_below, n_above
     for side in range(2):
-        child, parts = left + side, scratch + n_both * side
-        if grows_above if side == ABOVE else grows_below:
+        child, grows = (above, grows_above) if side == ABOVE else (below, grows_below)
+        parts = scratch + n_both * side
+        if grows:
             for axis in range(3):
-                nodes[child, EVENTS + axis] += merge_parts(
-                    positions, codes, nodes[child, BEGIN] + 2 * nodes[child, SIZE] * axis,
-                    nodes[child, EVENTS + axis], work.boxes, axis, parts, n_both,
+                child[EVENTS + axis] += merge_parts(
+                    positions, codes, child[BEGIN] + 2 * child[SIZE] * axis, child[EVENTS + axis],
+                    work.boxes, axis, parts, n_both,
                 )  # fmt: skip
-        else:
-            end = nodes[child, BEGIN] + nodes[child, EVENTS]
-            for i in range(n_both):
-                codes[end + i] = 4 * codes[parts + i] + START
-            nodes[child, EVENTS] += n_both
+            continue
+        for i in range(n_both):
+            codes[child[BEGIN] + child[EVENTS]] = 4 * codes[parts + i] + START
+            child[EVENTS] += 1
 
 
 # -------------------------------------------------------------------------------------- starting

@@ -17,7 +17,7 @@ import numpy as np
 from ...kernels import implements, inner
 from ..subdivision.frontier import Frontier
 from .builder import ABOVE, BELOW, BOTH, choose_plane, classify, divide_lists
-from .work import BEGIN, DEPTH, EVENTS, FIRST, LEAF, SIZE, START, TOP, Work, start
+from .work import BEGIN, DEPTH, EVENTS, FIRST, LEAF, SIZE, START, Work, start
 
 CYCLIC, LONGEST, OBJECT_MEDIAN = range(3)
 RULES = {"cyclic": CYCLIC, "longest": LONGEST, "object_median": OBJECT_MEDIAN}
@@ -54,7 +54,7 @@ def select(values, first, last, rank):
 
 
 @implements(choose_plane, StaticPlanes)
-def plane_by_rule(planes, work, node):
+def plane_by_rule(planes, work, node, scratch):
     """Take the first axis whose plane lies inside the cell."""
     nodes, cells, boxes, codes = work.nodes, work.cells, work.boxes, work.codes
     begin, n = nodes[node, BEGIN], nodes[node, SIZE]
@@ -69,11 +69,13 @@ def plane_by_rule(planes, work, node):
         low, high = cells[node, axis], cells[node, 3 + axis]
         position = 0.5 * low + 0.5 * high
         if planes.rule == OBJECT_MEDIAN:
-            middles, top = work.positions, work.state[TOP]
+            middles = work.positions
             for k in range(n):
                 reference = codes[begin + k] >> 2
-                middles[top + k] = 0.5 * boxes[reference, axis] + 0.5 * boxes[reference, 3 + axis]
-            position = select(middles, top, top + n - 1, top + n // 2)
+                middles[scratch + k] = (
+                    0.5 * boxes[reference, axis] + 0.5 * boxes[reference, 3 + axis]
+                )
+            position = select(middles, scratch, scratch + n - 1, scratch + n // 2)
         # A flat cell, or one of neighbouring numbers, has no plane inside.
         if low < position < high:
             return axis, position, True

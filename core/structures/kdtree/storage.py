@@ -27,7 +27,7 @@ from ..subdivision.tree import (
     planes,
     push,
 )
-from .work import LEAF, MOST_SORTED
+from .work import LEAF
 
 
 class KdTreeArrays(NamedTuple):
@@ -202,8 +202,10 @@ def store(
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     moved = np.repeat(piece.first[in_order] - offsets[:-1], sizes)
     references = piece.listed[np.arange(len(moved)) + moved]
-    for large in np.flatnonzero(sizes > MOST_SORTED):
-        references[offsets[large] : offsets[large + 1]].sort()
+    # Ascending within a leaf.
+    keys = (np.repeat(np.arange(len(sizes)), sizes) << 32) + references
+    keys.sort()
+    references = (keys & (2**32 - 1)).astype(np.int32)
     tree = KdTreeArrays(cell, piece.split[old], link[old].astype(np.int32), offsets, references)
     return tree, old
 

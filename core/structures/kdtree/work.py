@@ -24,9 +24,6 @@ from .clip import POLYGON_SIZE
 LEAF = 3
 """Axis of a node that is not split."""
 
-MOST_SORTED = 64
-"""Triangles of a leaf up to which the builder sorts them, by insertion."""
-
 END, PLANAR, START = range(3)
 """Kinds of events."""
 
