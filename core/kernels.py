@@ -29,7 +29,7 @@ from typing import Any
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
 """Whether kernels are compiled; the interface says so when they are not."""
 
-OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False}
+OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 """How kernels are compiled.
 
 ``_nrt=False`` leaves out Numba's reference counts: three quarters of the time of a short walk went
