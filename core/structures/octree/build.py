@@ -216,7 +216,7 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
     tree.used[:] = 1, n
     scratch = Scratch(np.empty(n, np.uint8), np.empty(n), np.empty(8, np.int64))
     if n > rule.max_leaf_size and rule.max_depth > 0:
-        call(put, tree.frontier, rule.order, 0, 0.0)
+        tree.frontier.state[1] = 1  # the root waits
     status, work = PAUSED, 1 << 12
     while status != FINISHED:
         progress.report(int(tree.used[0]), int(tree.used[0]) + 1, "Building octree")
