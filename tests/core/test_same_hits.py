@@ -68,7 +68,7 @@ def test_grid_keeps_rays_whose_inverse_direction_overflows(lab, build, scene_nam
     rng = np.random.default_rng(5)
     origins, directions = [], []
     for axis in range(3):
-        for place, sign in itertools.product(grid._walls(axis)[1:-1], (1.0, -1.0)):
+        for place, sign in itertools.product(grid.walls(axis)[1:-1], (1.0, -1.0)):
             # Origins that the ray's own slack moves exactly onto the wall.
             o = place - sign * ULPS * (abs(place) + reach[axis])
             near = o + np.arange(-8, 9) * np.spacing(o)
