@@ -75,6 +75,7 @@ class Found(NamedTuple):
     n_it: int
     volume_tests: int
     mailbox_hits: int
+    cells_skipped: int
 
 
 class Workspace(NamedTuple):
@@ -263,6 +264,7 @@ def trace_range(structure, triangles, rays, first, last, workspace, log, t, prim
         counters[i, 3] = found.n_it
         counters[i, 4] = found.volume_tests
         counters[i, 5] = found.mailbox_hits
+        counters[i, 6] = found.cells_skipped
 
 
 class Structure(abc.ABC):

@@ -46,7 +46,8 @@ class Way(NamedTuple):
     ----------
     walls : (m,) float64
         The walls of this axis.
-    cell_size : float
+    per_length : float
+        Cells per unit of length.
     o, d, inverse : float
         Origin, direction, and 1 / direction. The origin is moved by the ray's slack, so that the t
         of a wall is the earliest it can have: what lies behind the wall is not hit before it.
@@ -59,7 +60,7 @@ class Way(NamedTuple):
     """
 
     walls: np.ndarray
-    cell_size: float
+    per_length: float
     o: float
     d: float
     inverse: float
@@ -84,10 +85,10 @@ class Place(NamedTuple):
 def way_along(grid, axis, low, high, d, inverse):
     """Return the way of a ray along an axis; `low` and `high` are its origins moved by slack."""
     count = grid.resolution[axis]
-    walls, size = grid.walls[axis], grid.cell_size[axis]
+    walls, per_length = grid.walls[axis], 1.0 / grid.cell_size[axis]
     if d > 0.0:
-        return Way(walls, size, low, d, inverse, 1, 1, 0, count)
-    return Way(walls, size, high, d, inverse, -1, 0, count - 1, -1)
+        return Way(walls, per_length, low, d, inverse, 1, 1, 0, count)
+    return Way(walls, per_length, high, d, inverse, -1, 0, count - 1, -1)
 
 
 @inner
@@ -107,7 +108,7 @@ def cell_when(way, first, last, t, with_ties):
 
     `with_ties` says whether a wall that is crossed at this very t has been crossed already.
     """
-    position = (way.o + t * way.d - way.walls[0]) / way.cell_size
+    position = (way.o + t * way.d - way.walls[0]) * way.per_length
     i = int(min(max(position, min(first, last) + 0.0), max(first, last) + 0.0))
     # The position is rounded; the t of walls decide.
     while i != first:
@@ -128,7 +129,7 @@ def first_cell(way, t):
     """Return the cell along one axis in which a ray enters the grid at t."""
     count = abs(way.end - way.begin)
     if np.isinf(way.inverse):
-        return cell_at(way.walls, way.cell_size, count, way.o)
+        return cell_at(way.walls, 1.0 / way.per_length, count, way.o)
     return cell_when(way, way.begin, way.end - way.step, t, NOT_YET)
 
 
@@ -210,7 +211,7 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
     t = enter_box(structure.box, 0, ray, ray.t_max)
     note(log, VOLUME_TEST, -1, -1, t, t)
     if t == MISS:
-        return Found(best_t, best, 0, 0, 0, 0, 1, 0)
+        return Found(best_t, best, 0, 0, 0, 0, 1, 0, 0)
 
     ny, nz = structure.resolution[1], structure.resolution[2]
     x = way_along(structure, X, ray.low_x, ray.high_x, ray.dx, ray.ix)
@@ -241,5 +242,5 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
             break
 
     return Found(
-        best_t, best, cells_visited, cells_visited, empty_visited, tests, 1, mailbox_hits
+        best_t, best, cells_visited, cells_visited, empty_visited, tests, 1, mailbox_hits, 0
     )  # fmt: skip

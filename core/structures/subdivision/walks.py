@@ -209,7 +209,7 @@ def depth_first(structure, triangles, ray, number, workspace, log):
             if not searching:
                 note(log, SKIP, node, -1, span.enter, span.exit)
     return Found(
-        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved
+        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved, 0
     )
 
 
@@ -269,7 +269,7 @@ def walk_segments(structure, triangles, ray, number, workspace, log):
             limit = limit_of(ray, best)
         searching = searching and span.enter <= limit
     return Found(
-        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved
+        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved, 0
     )
 
 
@@ -381,7 +381,7 @@ def walk_heap(structure, triangles, ray, number, workspace, log):
             size += 1
             ceiling = key
     return Found(
-        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved
+        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved, 0
     )
 
 
@@ -497,7 +497,7 @@ def walk_march(structure, triangles, ray, number, workspace, log):
         gate = exit_gate
         searching = gate.t < leave_root and gate.t <= limit_of(ray, best)
     return Found(
-        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved
+        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved, 0
     )
 
 
@@ -541,7 +541,7 @@ def walk_neighbours(structure, triangles, ray, number, workspace, log):
                 inner += 1
                 note(log, VISIT_INNER, node, -1, gate.t, gate.t)
     return Found(
-        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved
+        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved, 0
     )
 
 
@@ -577,7 +577,7 @@ def walk_ropes(structure, triangles, ray, number, workspace, log):
         node = np.int64(structure.ropes[index, 3 * far + gate.axis])
         searching = node >= 0 and gate.t <= limit_of(ray, best)
     return Found(
-        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved
+        best.t, best.primitive, inner + leaves, leaves, best.empty, best.tests, 1, best.saved, 0
     )
 
 
