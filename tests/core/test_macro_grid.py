@@ -4,15 +4,13 @@ import itertools
 
 import numpy as np
 import pytest
-from accelscope.core import memory
 from accelscope.core.errors import InputError
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.progress import SILENT
-from accelscope.core.structures.cells import Cells
 from accelscope.core.structures.macro_grid import FARTHEST, OCTANTS, measure_distances
 from accelscope.core.structures.steps import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST
 
-RESOLUTIONS = ["", "9x8x7", "16x16x16", "1x1x60", "5x31x2", "40x3x17"]
+RESOLUTIONS = ["", "16x16x16", "1x1x60", "40x3x17"]
 SCENES = ["suzanne", "tetra", "soup", "teapot_in_stadium", "cubes", "mess"]
 REGIONS = ["chessboard", "octant"]
 
@@ -60,7 +58,7 @@ def test_distances_are_those_of_brute_force(regions, shape, share):
 
 
 @pytest.mark.parametrize("regions", REGIONS)
-@pytest.mark.parametrize("resolution", RESOLUTIONS)
+@pytest.mark.parametrize("resolution", ["9x8x7", "1x1x60"])
 @pytest.mark.parametrize("sample", SCENES)
 def test_distances_in_scenes(lab, build, sample, resolution, regions):
     text = f"{text_of(resolution)},regions={regions}"
@@ -114,6 +112,18 @@ def all_rays(lab, sample, structure, n=80):
     return Rays.from_arrays(rays.origins, rays.directions, t_max)
 
 
+def cells_skipped(steps):
+    """For each visit, the empty cells that are passed with it."""
+    visits = np.isin(steps.kind, (VISIT_EMPTY, VISIT_LEAF))
+    leaps = steps.kind == LEAP
+    # A leap follows the visit of the cell that it starts from.
+    assert (steps.kind[np.flatnonzero(leaps) - 1] == VISIT_EMPTY).all()
+    assert (steps.primitive[leaps] > 0).all()
+    skipped = np.zeros(visits.sum(), dtype=np.int64)
+    skipped[np.cumsum(visits)[leaps] - 1] = steps.primitive[leaps]
+    return skipped
+
+
 def columns(steps, which):
     return np.stack([steps.kind, steps.cell, steps.primitive, steps.t_enter, steps.t_exit], axis=1)[
         which
@@ -162,16 +172,16 @@ def test_the_walk_is_the_plain_one_with_steps_left_out(lab, build, sample, resol
         query = (ALL, CLOSEST)[i % 2]
         want, got = plain.record(rays, i, query), macro.record(rays, i, query)
         useful = columns(want, want.kind != VISIT_EMPTY)
-        assert np.array_equal(useful, columns(got, got.kind != VISIT_EMPTY))
+        assert np.array_equal(useful, columns(got, ~np.isin(got.kind, (VISIT_EMPTY, LEAP))))
         cells = want.cell[np.isin(want.kind, (VISIT_LEAF, VISIT_EMPTY))]
         visits = np.isin(got.kind, (VISIT_LEAF, VISIT_EMPTY))
         if not visits.any():
             assert not len(cells)
             continue
-        skipped = macro.cells_skipped(got)
-        assert (skipped >= 0).all()
+        skipped = cells_skipped(got)
         assert (skipped[got.kind[visits] == VISIT_LEAF] == 0).all()
         place = np.concatenate([[0], np.cumsum(skipped[:-1] + 1)])
+        assert place[-1] + skipped[-1] + 1 == len(cells)
         enter = want.t_enter[np.isin(want.kind, (VISIT_LEAF, VISIT_EMPTY))]
         assert np.array_equal(got.cell[visits], cells[place])
         assert np.array_equal(got.t_enter[visits], enter[place])
@@ -219,8 +229,7 @@ def test_regions_are_empty_and_touch_what_stops_them(lab, build, regions):
             ends = np.sort([index + signs * distance, index], axis=0)
         larger = tuple(slice(max(a, 0), b + 1) for a, b in ends.T)
         assert occupied[larger].any() == (distance < FARTHEST)
-    with pytest.raises(ValueError, match="not empty"):
-        macro.region(int(np.flatnonzero(occupied)[0]), np.ones(3))
+    assert macro.region(int(np.flatnonzero(occupied)[0]), np.ones(3)) is None
 
 
 def test_steps_are_saved_in_the_stadium(lab, build):
@@ -251,10 +260,7 @@ def test_recording_equals_counting(lab, build, regions, query):
         steps = macro.record(rays, i, query)
         assert steps.tally() == {name: int(counters[name][i]) for name in steps.tally()}
         assert (steps.kind == VOLUME_TEST).sum() == 1
-        if query == ALL and np.isinf(rays.t_max[i]):
-            empty_at_the_end = before["N_TS"][i] - counters["N_TS"][i]
-            empty_at_the_end -= macro.cells_skipped(steps).sum()
-            assert 0 <= empty_at_the_end <= sum(macro.arrays.resolution)
+        assert before["N_TS"][i] - counters["N_TS"][i] == cells_skipped(steps).sum()
 
 
 def directions_that_overflow(rng, n):
@@ -268,7 +274,7 @@ def test_directions_whose_inverse_overflows(lab, build, name):
     scene = lab.small_scene("tetra")
     structure = build(name, scene, "resolution=12x7x9,padding=0,assignment=exact")
     rng, n = np.random.default_rng(9), 4000
-    walls = structure.arrays.origin + rng.integers(0, 7, (n, 3)) * structure.arrays.cell_size
+    walls = structure.arrays.walls[np.arange(3), rng.integers(0, 7, (n, 3))]
     inside = scene.lower + rng.random((n, 3)) * (scene.upper - scene.lower)
     origins = np.where(rng.random((n, 3)) < 0.4, walls, inside)
     directions = directions_that_overflow(rng, n)
@@ -310,14 +316,6 @@ def test_figures_and_cells(lab, build, regions):
         assert np.array_equal(attributes["distance"], distances[0])
 
 
-def test_extra_attributes_are_sorted_like_the_cells():
-    depth = np.array([2, 0, 1, 2])
-    cells = Cells.sorted_by_depth(
-        np.zeros((4, 6)), depth, depth == 2, np.arange(4), {"tenfold": 10 * np.arange(4)}
-    )
-    assert np.array_equal(cells.attributes()["tenfold"], 10 * cells.numbers)
-
-
 @pytest.mark.parametrize("regions", REGIONS)
 def test_damage_is_found(lab, build, regions):
     macro = build("macro_grid", lab.small_scene("soup"), f"resolution=9x8x7,regions={regions}")
@@ -336,7 +334,14 @@ def test_damage_is_found(lab, build, regions):
     assert "partition" in " ".join(macro.validate())
 
 
-def test_distances_that_do_not_fit_are_refused(monkeypatch):
-    monkeypatch.setattr(memory, "available_bytes", lambda: 1000)
-    with pytest.raises(InputError, match=r"the distances of 500 cells needs .* lower the resol"):
-        measure_distances(np.ones(500, bool), np.array([5, 10, 10]), "octant", SILENT)
+@pytest.mark.parametrize("regions", REGIONS)
+def test_distances_count_when_a_grid_is_refused(lab, build, monkeypatch, regions):
+    scene, text = lab.small_scene("tetra"), "resolution=30x20x10"
+    taken = 64 * 6000 + 24 * 30
+    monkeypatch.setattr("accelscope.core.memory.available_bytes", lambda: (taken + 6000) / 0.8 + 1)
+    build("grid", scene, text)
+    if regions == "chessboard":
+        build("macro_grid", scene, text)
+    else:
+        with pytest.raises(InputError, match=r"a grid of 30x20x10 = 6e\+03 cells needs 422.6 KiB"):
+            build("macro_grid", scene, f"{text},regions=octant")

@@ -142,17 +142,14 @@ def place_in(x, y, z, i, j, k):
 @inlined
 def next_place(x, y, z, place, t_exit):
     """Return the place behind the wall that is crossed at `t_exit`, of several the first."""
-    i, j, k, wall_x, wall_y, wall_z = place
-    if wall_x == t_exit:
-        i += x.step
-        wall_x = wall_t(x, i)
-    elif wall_y == t_exit:
-        j += y.step
-        wall_y = wall_t(y, j)
-    else:
-        k += z.step
-        wall_z = wall_t(z, k)
-    return Place(i, j, k, wall_x, wall_y, wall_z)
+    through_x = place.wall_x == t_exit
+    through_y = place.wall_y == t_exit and not through_x
+    # Without a branch: which wall comes next cannot be foreseen, a wrong guess costs more than
+    # all three walls.
+    i = place.i + (x.step if through_x else 0)
+    j = place.j + (y.step if through_y else 0)
+    k = place.k + (0 if through_x or through_y else z.step)
+    return place_in(x, y, z, i, j, k)
 
 
 @inlined
