@@ -7,6 +7,7 @@ import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.progress import SILENT
+from accelscope.core.scene import Scene
 from accelscope.core.structures.macro_grid import FARTHEST, OCTANTS, measure_distances
 from accelscope.core.structures.steps import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST
 
@@ -284,6 +285,61 @@ def test_directions_whose_inverse_overflows(lab, build, name):
     got, _ = structure.trace(rays)
     assert lab.differences(np.full(len(rays), name), want, got) == {}
     assert (want.primitive >= 0).sum() > 500
+
+
+# ------------------------------------------------------------------------- scenes that grids hate
+
+
+def through_one_point(n, rng):
+    triangles = np.full((n, 3, 3), 0.3)
+    triangles[:, 1:] = rng.normal(size=(n, 2, 3))
+    return triangles
+
+
+def a_million_times_longer_than_wide(rng):
+    triangles = rng.random((1500, 1, 3)) + 0.01 * rng.normal(size=(1500, 3, 3))
+    return triangles * [1e6, 1.0, 1.0]
+
+
+def in_a_wall(rng):
+    """Flat, and in the plane of a wall that halves the box of another triangle."""
+    triangles = rng.random((800, 1, 3)) + 0.05 * rng.normal(size=(800, 3, 3))
+    triangles[..., 1] = 0.5
+    triangles[0, :, 1] = 0.0, 1.0, 0.5
+    return triangles
+
+
+HATED = {
+    "through one point": lambda rng: through_one_point(2000, rng),
+    "long": a_million_times_longer_than_wide,
+    "flat": lambda rng: in_a_wall(rng)[1:],
+    "in a wall": in_a_wall,
+}
+
+
+@pytest.mark.parametrize("name", ["grid", "macro_grid"])
+@pytest.mark.parametrize("scene_kind", HATED)
+@pytest.mark.parametrize("text", ["", "assignment=exact,mailbox=true", "resolution=16x16x16"])
+def test_scenes_that_grids_hate(lab, build, name, scene_kind, text):
+    scene = Scene.from_triangles(HATED[scene_kind](np.random.default_rng(4)), scene_kind)
+    rays, names = lab.batch_of(lab.ray_families(scene, 30))
+    want, _ = build("naive", scene).trace(rays)
+    structure = build(name, scene, text)
+    got, _ = structure.trace(rays)
+    assert structure.validate() == []
+    assert lab.differences(names, want, got) == {}
+    assert (want.primitive >= 0).sum() > 200
+
+
+@pytest.mark.parametrize("name", ["grid", "macro_grid"])
+def test_a_hundred_thousand_triangles_through_one_point(build, name):
+    rng = np.random.default_rng(4)
+    scene = Scene.from_triangles(through_one_point(100_000, rng), "fan")
+    rays = Rays.from_arrays(4 * rng.normal(size=(60, 3)), rng.normal(size=(60, 3)))
+    want, _ = build("naive", scene).trace(rays)
+    got, _ = build(name, scene).trace(rays)
+    assert np.array_equal(want.t.view(np.int64), got.t.view(np.int64))
+    assert np.array_equal(want.primitive, got.primitive)
 
 
 # ----------------------------------------------------------------------------- what is reported
