@@ -68,7 +68,7 @@ class Found(NamedTuple):
     """What the walk of one ray returns: the hit and the counters, in COUNTER_NAMES' order."""
 
     t: float
-    primitive: int
+    primitive: int | np.int64
     n_ts: int
     n_ets: int
     n_eets: int
