@@ -107,7 +107,7 @@ WALKS = {
 
 
 class Best(NamedTuple):
-    """The nearest hit so far, and what it took: leaves, empty ones, tests, mailbox hits, postponed hits."""
+    """The nearest hit so far, and the counters: leaves, empty ones, tests, mailbox, postponed."""
 
     t: float
     primitive: int
