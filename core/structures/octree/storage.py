@@ -49,6 +49,8 @@ class BuiltTree(NamedTuple):
     offsets : (n_leaves + 1,) int64
     references : (N_OIV,) int32
         Ascending within a leaf.
+    order : (n_nodes,) int64
+        Step of the building in which a node was made, 0 for the root.
     """
 
     box: np.ndarray
@@ -57,6 +59,7 @@ class BuiltTree(NamedTuple):
     levels: np.ndarray
     offsets: np.ndarray
     references: np.ndarray
+    order: np.ndarray
 
 
 # ------------------------------------------------------------------------------------ pointers
