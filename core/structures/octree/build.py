@@ -75,7 +75,7 @@ class Growing(NamedTuple):
     planes: np.ndarray
     first: np.ndarray
     begin: np.ndarray
-    count: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]
     level: np.ndarray
     arena: np.ndarray
     frontier: Frontier

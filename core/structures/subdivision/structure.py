@@ -94,7 +94,7 @@ class Topology(NamedTuple):
     boxes: np.ndarray
     depth: np.ndarray
     is_leaf: np.ndarray
-    count: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]
     leaves: np.ndarray
 
 
