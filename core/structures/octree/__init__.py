@@ -181,7 +181,7 @@ class Octree(Subdivision):
         depth = int(built.levels.max())
         sizes = topology_bytes(len(built.planes), len(built.levels) - len(built.planes), depth)
         common = built.planes.nbytes + built.offsets.nbytes + built.references.nbytes
-        extra = {f"bytes_{name}": size for name, size in sizes.items()}
+        extra: dict[str, Any] = {f"bytes_{name}": size for name, size in sizes.items()}
         extra["bytes_planes_and_references"] = common
         tree = self.arrays.tree
         if isinstance(tree, HashOctree):
