@@ -172,13 +172,15 @@ def test_points_of_triangles_are_in_leaves_that_list_them(lab, scene_name, text)
     tree = tree_of(lab, scene_name, text)
     grown, shell = tree.grown, tree.arrays.tree.shell
     rng = np.random.default_rng(1)
-    which = rng.integers(len(tree.scene), size=3000)
+    edges = tree.scene.triangles[:, 1:] - tree.scene.triangles[:, :1]
+    some_area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) > 0
+    which = rng.choice(np.flatnonzero(some_area), size=3000)
     weights = rng.dirichlet([1, 1, 1], size=3000)
     points = (tree.scene.triangles[which] * weights[:, :, None]).sum(axis=1)
     node, near = np.zeros(3000, np.int64), np.zeros(3000, bool)
     while (inner := grown.link[node] > 0).any():
         height = (grown.planes[node, :3] * points).sum(axis=1) - grown.planes[node, 3]
-        near |= inner & (np.abs(height) <= 2 * shell)
+        near |= inner & (np.abs(height) <= 4 * shell)
         node = np.where(inner, grown.link[node] + (height > 0), node)
     leaf = -1 - grown.link[node]
     for i in np.flatnonzero(~near):
@@ -438,12 +440,12 @@ def bad_scene(name):
         corners[:, :, 2] = corners[:, :, :2].sum(axis=2)
         return corners
     if name == "through one point":
-        corners = rng.normal(size=(20_000, 3, 3))
+        corners = rng.normal(size=(4000, 3, 3))
         corners[:, 2] = -0.5 * (corners[:, 0] + corners[:, 1])
         return corners
     if name == "long":
         return rng.random((5000, 1, 3)) * [1e6, 1, 1] + rng.random((5000, 3, 3))
-    return np.repeat(rng.random((1, 3, 3)), 10_000, axis=0)  # identical
+    return np.repeat(rng.random((1, 3, 3)), 5000, axis=0)  # identical
 
 
 @pytest.mark.parametrize("name", ["one plane", "through one point", "long", "identical"])
@@ -451,13 +453,13 @@ def bad_scene(name):
 @pytest.mark.parametrize("limits", ["", "max_leaf_size=0,max_depth=60"])
 def test_bad_scenes(build, name, text, limits, monkeypatch):
     """A right answer, or where no split helps a refusal, in time."""
-    monkeypatch.setattr(bsp.build, "MOST_REFERENCES", 1 << 19)
+    monkeypatch.setattr(bsp.build, "MOST_REFERENCES", 1 << 17)
     scene = Scene.from_triangles(bad_scene(name), name)
     start = time.process_time()
     try:
         tree = build("bsp", scene, f"{text},{limits}")
     except InputError as error:
-        assert name in ("through one point", "long")
+        assert limits or name in ("through one point", "one plane")
         assert "lower max_depth, raise max_leaf_size or set a budget" in str(error)
         tree = build("bsp", scene, f"{text},max_depth=5")
     assert time.process_time() - start < 60
@@ -490,4 +492,8 @@ def test_damage_is_found(lab, build):
     moved[0, 3] += 0.1
     tree.grown = grown._replace(planes=moved)
     tree.with_walk(tree.arrays.tree._replace(offsets=grown.offsets, references=grown.references))
-    assert "the areas that the builder reckoned with are not those of the cells" in tree.validate()
+    assert "the leaves do not fill the root" in tree.validate()
+    tree.grown = grown._replace(area=1.01 * grown.area)
+    assert tree.validate() == [
+        "the areas that the builder reckoned with are not those of the cells"
+    ]

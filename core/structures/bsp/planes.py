@@ -42,6 +42,9 @@ CUT = 8.0
 ATTEMPTS = 256
 """Planes of triangles that are looked at, for autopartition: those on the border do not cut."""
 
+PRIME = 2654435761
+"""Steps of so many, modulo n, come to each of n triangles once, in a scattered order."""
+
 EDGES, OWN = 3, np.int64(3)
 """Planes of a triangle: through its edges 0, 1, 2, and its own."""
 
@@ -227,13 +230,10 @@ def choose_by_cuts(rule, lists, begin, n, room, row, area, scratch, corners, she
     count = n // stride
     best = np.inf
     n_tried = 0
-    # Steps of nearly 0.618 n: the golden section spreads them over the list.
-    step = max(n * 61803 // 100000, 1)
-    rank = salt % n
-    for _ in range(min(n, ATTEMPTS)):
+    for i in range(min(n, ATTEMPTS)):
         if n_tried == rule.candidates:
             break
-        rank = (rank + step) % n
+        rank = (salt + i * PRIME) % n
         if not make_plane(corners, lists.triangle[begin + rank], OWN, tried):
             continue
         position, tried[3] = tried[3], 0.0
