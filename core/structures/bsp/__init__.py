@@ -41,9 +41,9 @@ from .cells import Measures, covered_areas, measured, polygons
 from .planes import Autopartition, Heuristic, directions_of
 from .storage import BspArrays, BspMarch
 
-SHELL = 2.0**-40
-"""Distance from a plane within which a point counts as on it, relative to the coordinates: ten
-times what sixty cuts may add up to."""
+SHELL = 2.0**-42
+"""Distance from a plane within which a point counts as on it, relative to the coordinates: 1024
+units in the last place, several times what sixty cuts may add up to."""
 
 
 @dataclass(frozen=True)
@@ -186,6 +186,10 @@ class Bsp(Subdivision):
     def volumes(self, nodes: Topology) -> np.ndarray:
         """Return the true volumes of the cells."""
         return self.measures().volumes
+
+    def gaps(self) -> float:
+        """Return what the shells of all cuts may hold."""
+        return self.arrays.tree.shell * float(self.grown.area[self.grown.link > 0].sum())
 
     def cells(self) -> Cells:
         """Return the cells of all nodes as polyhedra, with the planes that cut them.
