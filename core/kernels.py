@@ -29,7 +29,7 @@ from typing import Any
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
 """Whether kernels are compiled; the interface says so when they are not."""
 
-OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False}
+OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 """How kernels are compiled.
 
 ``_nrt=False`` leaves out Numba's reference counts: three quarters of the time of a short walk went
@@ -123,19 +123,25 @@ def call(function: Callable, *arguments: Any) -> Any:
     """Call a compiled kernel from Python; a damaged cache file is thrown away and made anew."""
     try:
         return function(*arguments)
-    except (EOFError, pickle.UnpicklingError, AttributeError, IndexError, KeyError) as error:
-        if not HAS_NUMBA or "numba" not in _raised_in(error):
+    except DAMAGED as error:
+        if not HAS_NUMBA or not _raised_while_loading(error):
             raise
         shutil.rmtree(cache_directory(), ignore_errors=True)
         return function(*arguments)
 
 
-def _raised_in(error: BaseException) -> str:
-    """Return the name of the module that raised `error`."""
+DAMAGED = (EOFError, pickle.UnpicklingError, AttributeError, IndexError, KeyError, ImportError)
+"""What a truncated cache file raises, or one that names a module which is gone."""
+
+
+def _raised_while_loading(error: BaseException) -> bool:
+    """Say whether `error` came out of Numba's cache."""
     trace = error.__traceback__
-    while trace and trace.tb_next:
+    while trace:
+        if trace.tb_frame.f_globals.get("__name__") == "numba.core.caching":
+            return True
         trace = trace.tb_next
-    return trace.tb_frame.f_globals.get("__name__", "") if trace else ""
+    return False
 
 
 def cache_directory() -> Path:

@@ -6,6 +6,7 @@ show records. Its form is ``accelscope/1``; times are wall-clock seconds.
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from dataclasses import dataclass
 from typing import Any
@@ -56,20 +57,28 @@ def build(
         From `progress`.
     """
     structure_type.refuse_too_large(scene, settings)
-    warm_up(structure_type, progress)
+    warm_up(structure_type, settings, progress)
     start = time.perf_counter()
     structure = structure_type.build(scene, settings, progress)
     return Built(structure, time.perf_counter() - start)
 
 
-def warm_up(structure_type: type[Structure], progress: Progress = SILENT) -> None:
-    """Compile the kernels of a structure, or load them from the cache; announce a compilation."""
-    name = structure_type.name
+def warm_up(structure_type: type[Structure], settings: Any, progress: Progress = SILENT) -> None:
+    """Compile the kernels of a structure, or load them from the cache; announce a compilation.
+
+    Other choices, such as another walk, have other kernels; numbers and switches have not.
+    """
+    choices = {
+        field.name: getattr(settings, field.name)
+        for field in dataclasses.fields(settings)
+        if field.metadata["choices"]
+    }
+    name = "-".join([structure_type.name, *choices.values()])
     if not is_warm(name):
-        progress.announce(f"compiling {name}, once after installation")
+        progress.announce(f"compiling {structure_type.name}, once after installation")
     triangle = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
     tiny = Scene.from_triangles(np.concatenate([triangle, triangle + 1.0]), "warm-up")
-    structure = structure_type.build(tiny, structure_type.Settings())
+    structure = structure_type.build(tiny, structure_type.Settings(**choices))
     ray = Rays.from_arrays(np.zeros((1, 3)), np.ones((1, 3)))
     structure.trace(ray, ALL, threads=1)
     mark_warm(name)

@@ -33,6 +33,10 @@ POSTPONE = np.int64(7)
 SKIP = np.int64(8)
 """A cell on the stack is thrown away: a nearer hit was found meanwhile."""
 
+NONE = np.int64(-1)
+"""In the place of a cell or primitive: there is none. Not the plain -1, for which Numba would
+compile :func:`note` once more."""
+
 KIND_NAMES = (
     "visit inner", "visit leaf", "visit empty", "volume test", "test", "mailbox", "hit",
     "postpone", "skip",

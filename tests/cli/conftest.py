@@ -13,7 +13,7 @@ from accelscope.core.structures import structures
 def compiled():
     """Compile all kernels first: the command announces that once, on stderr."""
     for structure in structures().values():
-        warm_up(structure)
+        warm_up(structure, structure.Settings())
 
 
 class Outcome:

@@ -8,8 +8,15 @@ import sys
 
 import numpy as np
 from accelscope.core.geometry.box import boxes_of
+from accelscope.core.kernels import kernel
 from accelscope.core.structures.kdtree import depth_limit
 from accelscope.core.structures.kdtree.clip import POLYGON_SIZE, divide_reference
+
+
+@kernel
+def divide(corners, triangle, cells, left, boxes, old, new, polygon):
+    """Only kernels can call kernels."""
+    divide_reference(corners, triangle, cells, left, boxes, old, new, polygon)
 
 
 class Planes:
@@ -81,7 +88,7 @@ def choose(settings, cell, boxes, counts):
 
 def build(scene, triangles, settings, cell, counts):
     """Return the tree as nested tuples: (axis, position, left, right), or a leaf's triangles."""
-    polygon, bounds = np.empty((2 * POLYGON_SIZE, 3)), np.empty((2, 6))
+    polygon = np.empty((2 * POLYGON_SIZE, 3))
     max_depth = depth_limit(settings, len(scene))
     sys.setrecursionlimit(10_000)
 
@@ -97,23 +104,21 @@ def build(scene, triangles, settings, cell, counts):
         is_below = (low < position) | (planar & planar_below)
         is_above = (high > position) | (planar & (not planar_below))
         assert (n_below, n_above) == (is_below.sum(), is_above.sum())
-        pair = np.empty((2, 6))
-        below, above = boxes.copy(), boxes.copy()
-        for i in np.flatnonzero(is_below & is_above):
-            pair[0] = boxes[i]
-            divide_reference(
-                triangles.corners, int(ids[i]), cell, axis, position, pair, 0, 1, polygon, bounds
-            )
-            below[i], above[i] = pair
         left, right = cell.copy(), cell.copy()
         left[3 + axis] = right[axis] = position
+        cells = np.stack([left, right])
+        below, above, pair = boxes.copy(), boxes.copy(), np.empty((2, 6))
+        for i in np.flatnonzero(is_below & is_above):
+            pair[0] = boxes[i]
+            divide(triangles.corners, ids[i : i + 1].repeat(2), cells, 0, pair, 0, 1, polygon)
+            below[i], above[i] = pair
         return (
             (axis, position),
             grow(left, ids[is_below], below[is_below], depth + 1),
             grow(right, ids[is_above], above[is_above], depth + 1),
         )
 
-    return grow(cell, np.arange(len(scene)), boxes_of(triangles.corners), 0)
+    return grow(cell, np.arange(len(scene), dtype=np.int32), boxes_of(triangles.corners), 0)
 
 
 def nested(tree):

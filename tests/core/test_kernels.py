@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 TRACE = """
-import json, sys
+import dataclasses, json, sys
 import numpy as np
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST
 from accelscope.core.evaluation.workloads import random_lines
@@ -18,17 +18,19 @@ from accelscope.core.structures import structures
 from accelscope.core import kernels
 from accelscope.sample_scenes import make_sample
 scene = make_sample("tetra:depth=2")
-o, d = random_lines(scene.lower, scene.upper, 40, 1)
+o, d = random_lines(scene.lower, scene.upper, 20, 1)
 vertices = scene.triangles.reshape(-1, 3)
-axis = np.tile(np.eye(3), (16, 1))
-o = np.concatenate([o, vertices[:48] - 2 * axis, vertices[:48]])
+axis = np.tile(np.eye(3), (8, 1))
+o = np.concatenate([o, vertices[:24] - 2 * axis, vertices[:24]])
 d = np.concatenate([d, axis, axis[::-1]])
 rays = Rays.from_arrays(o, d)
 out = {"numba": kernels.HAS_NUMBA}
 for name, structure in structures().items():
     made = [structure.Settings()]
-    if hasattr(made[0], "mailbox"):
-        made.append(structure.Settings(mailbox=True, assignment="exact"))
+    for field in dataclasses.fields(structure.Settings):
+        others = field.metadata["choices"] or ((True,) if field.default is False else ())
+        made += [structure.Settings(**{field.name: other}) for other in others
+                 if other != field.default]
     for n, settings in enumerate(made):
         built = structure.build(scene, settings)
         assert built.validate() == []
@@ -36,7 +38,7 @@ for name, structure in structures().items():
             hits, counters = built.trace(rays, query)
             out[f"{name} {n} {query}"] = [hits.t.tobytes().hex(), hits.primitive.tolist(),
                                           counters.values.tolist(),
-                                          [built.record(rays, i, query).tally() for i in (0, 50)]]
+                                          [built.record(rays, i, query).tally() for i in (0, 30)]]
 print(json.dumps(out))
 """
 

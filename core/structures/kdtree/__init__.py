@@ -26,9 +26,9 @@ from ...parallel import core_count
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
-from ..cells import Cells
+from ..cells import Cells, planes_across, rectangles
 from ..contract import intersection_cost, traversal_cost
-from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, drop, order_setting, peek
+from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, order_setting
 from ..subdivision.structure import (
     Subdivision,
     Topology,
@@ -37,11 +37,12 @@ from ..subdivision.structure import (
     padded_box,
     walk_setting,
 )
-from .builder import ASIDE, LEAF, N_LISTED, N_NODES, Limits, Meter, Work, grow_all
+from .builder import ASIDE, Builder, Meter
 from .clip import POLYGON_SIZE, add_clipped_areas
-from .sah import SweepPlanes, extract_sweep, start_sweep
-from .static import RULES, StaticPlanes, extract_static, start_static
-from .storage import KdTreeArrays, Piece, store, topology_of
+from .sah import SweepPlanes, start_sweep
+from .static import RULES, StaticPlanes, start_static
+from .storage import KdTreeArrays, Piece, breadth_first_steps, store, topology_of
+from .work import LEAF, Limits, extract
 
 
 @dataclass(frozen=True)
@@ -62,11 +63,12 @@ class KdTreeSettings:
     walk: str = walk_setting()
     links: str = links_setting()
     max_depth: int = setting(
-        0,
+        -1,
         "Max Depth",
-        "Level K at which subdivision ends; 0 for 8 + 1.3 log2 N of N triangles",
+        "Level K at which subdivision ends, the root has level 0; -1 for 8 + 1.3 log2 N of N "
+        "triangles",
         unit="levels",
-        minimum=0,
+        minimum=-1,
         maximum=60,
         unset="auto",
     )
@@ -105,16 +107,7 @@ SUBTREE = 1 << 15
 
 def depth_limit(settings: KdTreeSettings, count: int) -> int:
     """Return the depth at which splitting ends, in a scene of `count` triangles."""
-    return settings.max_depth or round(8 + 1.3 * np.log2(count))
-
-
-def finished(work: Work) -> Piece:
-    """Return the tree of a builder that is done; its other memory is given back."""
-    nodes, listed = int(work.state[N_NODES]), int(work.state[N_LISTED])
-    return Piece(
-        work.axis[:nodes].copy(), work.split[:nodes].copy(), work.first[:nodes].copy(),
-        work.size[:nodes].copy(), work.listed[:listed].copy(),
-    )  # fmt: skip
+    return settings.max_depth if settings.max_depth >= 0 else round(8 + 1.3 * np.log2(count))
 
 
 def build_tree(
@@ -123,11 +116,12 @@ def build_tree(
     settings: KdTreeSettings,
     progress: Progress,
     threads: int = 0,
-) -> KdTreeArrays:
+) -> tuple[KdTreeArrays, np.ndarray | None]:
     """Build the tree.
 
-    Depth-first, with large subtrees on different threads, as long as there is no budget: no other
-    order then gives another tree, and neither does another number of threads.
+    Without a budget depth-first, with large subtrees on different threads: no other order then
+    gives another tree, and neither does another number of threads. The priority queue is followed
+    even so, since nothing else tells in which order it splits.
 
     Parameters
     ----------
@@ -135,6 +129,13 @@ def build_tree(
         Of the root.
     threads : int
         0 takes every core.
+
+    Returns
+    -------
+    tree : KdTreeArrays
+    made : (n_nodes,) int64, optional
+        The step in which each node was made, where the nodes were split in the order of the
+        settings.
 
     Raises
     ------
@@ -144,39 +145,40 @@ def build_tree(
         From `progress`.
     """
     count = len(triangles.ids)
+    progress.report(0, 4 * count, "Building kdtree")
     boxes = boxes_of(triangles.corners)
     planes: Any
-    progress.report(0, 4 * count, "Building kdtree")
     if settings.planes == "sah":
         planes = SweepPlanes(settings.C_trav, settings.C_isect, 1.0 - settings.empty_bonus)
-        work, extract = start_sweep(boxes, cell), extract_sweep
+        memory = start_sweep(boxes, cell)
     else:
         planes = StaticPlanes(RULES[settings.planes])
-        work, extract = start_static(boxes, cell), extract_static
+        memory = start_static(boxes, cell)
+    in_order = settings.budget > 0 or settings.order == "priority"
     limits = Limits(
         depth_limit(settings, count), settings.max_leaf_size, settings.budget or 2**62,
-        ORDERS[settings.order] if settings.budget else DEPTH_FIRST, 0,
+        ORDERS[settings.order] if in_order else DEPTH_FIRST,
+        0 if in_order or count <= SUBTREE else SUBTREE,
     )  # fmt: skip
-    divided = limits._replace(aside=0 if settings.budget or count <= SUBTREE else SUBTREE)
     meter = Meter(count, progress)
     meter.report()
+    top = Builder(planes, limits, memory, triangles.corners, meter)
 
-    def build_subtree(own: Work, builder: int) -> Piece:
-        _, own = grow_all(planes, limits, own, triangles.corners, meter, builder)
-        return finished(own)
+    def build_subtree(builder: Builder) -> Piece:
+        builder.run()
+        return builder.finished()
 
     subtrees: dict[int, Future[Piece]] = {}
     with ThreadPoolExecutor(threads or core_count()) as pool:
         try:
-            while True:
-                result, work = grow_all(planes, divided, work, triangles.corners, meter, 0)
-                if result != ASIDE:
-                    break
-                node = int(peek(work.frontier, DEPTH_FIRST))
-                drop(work.frontier, DEPTH_FIRST)
-                own = extract(work, int(work.first[node]))
-                work.axis[node], work.first[node], work.size[node] = LEAF, 0, 0
-                subtrees[node] = pool.submit(build_subtree, own, len(subtrees) + 1)
+            while top.run(reports=True) == ASIDE:
+                node = top.next_node()
+                own = extract(top.work, node)
+                top.leave_out(node)
+                whole = limits._replace(aside=0)
+                builder = Builder(planes, whole, own, triangles.corners, meter, node)
+                subtrees[node] = pool.submit(build_subtree, builder)
+                del own, builder  # the pool gives their memory back
             pending = set(subtrees.values())
             while pending:
                 done, pending = wait(pending, timeout=0.1)
@@ -188,9 +190,9 @@ def build_tree(
             for future in subtrees.values():
                 future.cancel()
     pieces = {node: future.result() for node, future in subtrees.items()}
-    tree = store(finished(work), pieces, cell)
+    tree, old = store(top.finished(), pieces, cell)
     progress.report(1, 1, "Building kdtree")
-    return tree
+    return tree, (old + 1) // 2 if in_order else None
 
 
 class KdTree(Subdivision):
@@ -200,6 +202,7 @@ class KdTree(Subdivision):
     label = "kd-Tree"
     summary = "Binary tree of cells, cut by planes across one axis each"
     Settings = KdTreeSettings
+    made: np.ndarray | None = None
 
     @classmethod
     def build(cls, scene: Scene, settings: KdTreeSettings, progress: Progress = SILENT) -> KdTree:
@@ -210,24 +213,42 @@ class KdTree(Subdivision):
         triangles = triangles_of(scene)
         cell = padded_box(scene.lower, scene.upper, settings.padding)
         structure = cls(scene, settings, None, triangles)
-        structure.with_walk(build_tree(triangles, cell, settings, progress))
+        tree, structure.made = build_tree(triangles, cell, settings, progress)
+        structure.with_walk(tree)
         return structure
 
     def topology(self) -> Topology:
         """Return the cells of all nodes."""
         return topology_of(self.arrays.tree)
 
+    def order_of_making(self) -> np.ndarray:
+        """Return in which step the order of the settings makes each node, (n_nodes,) int64.
+
+        The root is there in step 0, and the k-th split makes its two children in step k.
+        """
+        if self.made is not None:
+            return self.made
+        tree = self.arrays.tree
+        if self.settings.order == "fifo":
+            return breadth_first_steps(tree)
+        return (np.arange(len(tree.link)) + 1) // 2  # numbers are given depth-first
+
     def cells(self) -> Cells:
         """Return the cells of all nodes, with the planes that cut them.
 
-        Attribute `axis` is 3 and `split` is NaN for leaves.
+        Attribute `axis` is 3 and `split` is NaN for leaves; `order` is that of
+        :meth:`order_of_making`.
         """
         nodes, tree = self.topology(), self.arrays.tree
         axis = (tree.link & 3).astype(np.int8)
         split = np.where(axis == LEAF, np.nan, tree.split)
+        cut = [np.flatnonzero(axis == a) for a in range(3)]
+        corners = [planes_across(nodes.boxes[cut[a]], a, split[cut[a]]) for a in range(3)]
         return Cells.sorted_by_depth(
-            nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count, {"axis": axis, "split": split}
-        )
+            nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count,
+            {"axis": axis, "split": split, "order": self.order_of_making()},
+            planes=rectangles(np.concatenate(corners), np.concatenate(cut)),
+        )  # fmt: skip
 
     def validate(self) -> list[str]:
         """Check the tree, and that the leaves which list a triangle cover all of it."""

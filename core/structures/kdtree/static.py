@@ -14,22 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import implements, inlined, inner
-from .builder import (
-    BEGIN,
-    DEPTH,
-    LEAF,
-    N_LISTED,
-    N_REFERENCES,
-    SIZE,
-    TOP,
-    Work,
-    list_references,
-    list_size,
-    make_work,
-    split_cell,
-)
-from .clip import divide_reference
+from ...kernels import implements, inner
+from ..subdivision.frontier import Frontier
+from .builder import ABOVE, BELOW, BOTH, choose_plane, classify, divide_lists
+from .work import BEGIN, DEPTH, EVENTS, FIRST, LEAF, SIZE, START, Work, start
 
 CYCLIC, LONGEST, OBJECT_MEDIAN = range(3)
 RULES = {"cyclic": CYCLIC, "longest": LONGEST, "object_median": OBJECT_MEDIAN}
@@ -42,9 +30,8 @@ class StaticPlanes(NamedTuple):
 
 
 @inner
-def select(values, count, rank):
-    """Return the value of a rank among the first `count`, which are reordered (Hoare)."""
-    first, last = 0, count - 1
+def select(values, first, last, rank):
+    """Return the value at place `rank` if ``values[first:last + 1]`` were sorted (Hoare)."""
     while first < last:
         pivot = values[(first + last) // 2]
         i, j = first, last
@@ -62,110 +49,79 @@ def select(values, count, rank):
         elif rank >= i:
             first = i
         else:
-            return pivot
+            break
     return values[rank]
 
 
-@inlined
-def plane_along(planes, work, axis, begin, n):
-    """Return the plane of the rule along an axis."""
-    low, high = work.cell[0, axis], work.cell[0, 3 + axis]
-    if planes.rule != OBJECT_MEDIAN:
-        return 0.5 * low + 0.5 * high
-    middles = work.fresh_positions
-    for i in range(n):
-        reference = work.codes[begin + i]
-        middles[i] = 0.5 * work.boxes[reference, axis] + 0.5 * work.boxes[reference, 3 + axis]
-    return select(middles, n, n // 2)
-
-
-@implements(list_size, StaticPlanes)
-def references_at_most(planes, n):
-    """One entry for each reference."""
-    return n
-
-
-@implements(split_cell, StaticPlanes)
-def split_by_rule(planes, limits, work, corners):
-    """Take the first axis whose plane lies inside the cell; sort the references to its sides."""
-    taken, state, cell, codes, boxes = work.taken, work.state, work.cell, work.codes, work.boxes
-    begin, n = taken[0, BEGIN], taken[0, SIZE]
-    first_axis = taken[0, DEPTH] % 3
+@implements(choose_plane, StaticPlanes)
+def plane_by_rule(planes, work, node, scratch):
+    """Take the first axis whose plane lies inside the cell."""
+    nodes, cells, boxes, codes = work.nodes, work.cells, work.boxes, work.codes
+    begin, n = nodes[node, BEGIN], nodes[node, SIZE]
+    first_axis = nodes[node, DEPTH] % 3
     if planes.rule != CYCLIC:
-        first_axis = 0
-        for other in range(1, 3):
-            longest = cell[0, 3 + first_axis] - cell[0, first_axis]
-            if cell[0, 3 + other] - cell[0, other] > longest:
-                first_axis = other
-    axis, position = LEAF, 0.0
+        first_axis, longest = 0, 0.0
+        for axis in range(3):
+            if cells[node, 3 + axis] - cells[node, axis] > longest:
+                first_axis, longest = axis, cells[node, 3 + axis] - cells[node, axis]
     for i in range(3):
-        other = (first_axis + i) % 3
-        plane = plane_along(planes, work, other, begin, n)
+        axis = (first_axis + i) % 3
+        low, high = cells[node, axis], cells[node, 3 + axis]
+        position = 0.5 * low + 0.5 * high
+        if planes.rule == OBJECT_MEDIAN:
+            middles = work.positions
+            for k in range(n):
+                reference = codes[begin + k] >> 2
+                middles[scratch + k] = (
+                    0.5 * boxes[reference, axis] + 0.5 * boxes[reference, 3 + axis]
+                )
+            position = select(middles, scratch, scratch + n - 1, scratch + n // 2)
         # A flat cell, or one of neighbouring numbers, has no plane inside.
-        if cell[0, other] < plane < cell[0, 3 + other]:
-            axis, position = other, plane
-            break
-    if axis == LEAF:
-        return LEAF, 0.0
+        if low < position < high:
+            return axis, position, True
+    return LEAF, 0.0, True
 
-    # The right child's list first. Those on both sides get a second reference.
-    place, n_above = state[TOP], 0
-    for i in range(begin, begin + n):
-        reference = codes[i]
-        low, high = boxes[reference, axis], boxes[reference, 3 + axis]
-        if high <= position:
-            continue
-        if low < position:
-            new = state[N_REFERENCES]
-            state[N_REFERENCES] += 1
-            work.triangle[new] = work.triangle[reference]
-            divide_reference(
-                corners, work.triangle[reference], cell[0], axis, position, boxes, reference, new,
-                work.polygon, work.bounds,
-            )  # fmt: skip
-            reference = new
-        codes[place + n_above] = reference
-        n_above += 1
-    taken[2, SIZE], taken[2, BEGIN] = n_above, place
-    place += n_above
-    n_below = 0
-    for i in range(begin, begin + n):
-        # Parts below of the divided ones end at the plane at the latest.
-        reference = codes[i]
+
+@implements(classify, StaticPlanes)
+def classify_boxes(planes, work, node, axis, position, planar_below, scratch):
+    """Compare the boxes of all references with the plane."""
+    nodes, boxes, codes, side = work.nodes, work.boxes, work.codes, work.side
+    n_below, n_above, n_both = 0, 0, 0
+    for i in range(nodes[node, BEGIN], nodes[node, BEGIN] + nodes[node, SIZE]):
+        reference = codes[i] >> 2
         if boxes[reference, 3 + axis] <= position:
-            codes[place + n_below] = reference
+            side[reference] = BELOW
             n_below += 1
-    taken[1, SIZE], taken[1, BEGIN] = n_below, place
-    state[TOP] = place + n_below
-    return axis, position
+        elif boxes[reference, axis] >= position:
+            side[reference] = ABOVE
+            n_above += 1
+        else:
+            side[reference] = BOTH
+            codes[scratch + n_both] = reference
+            n_both += 1
+    return n_below, n_above, n_both
 
 
-@implements(list_references, StaticPlanes)
-def list_of_references(planes, work):
-    """Copy the list."""
-    taken, state = work.taken, work.state
-    begin, place = taken[0, BEGIN], state[N_LISTED]
-    for i in range(taken[0, SIZE]):
-        work.listed[place + i] = work.triangle[work.codes[begin + i]]
-    state[N_LISTED] = place + taken[0, SIZE]
+@implements(divide_lists, StaticPlanes)
+def divide_unsorted_lists(planes, work, node, grows_below, grows_above, scratch, n_both):
+    """Copy every reference to the list of its side, then those of the parts."""
+    nodes, codes, side = work.nodes, work.codes, work.side
+    begin, left = nodes[node, BEGIN], nodes[node, FIRST]
+    for which in range(2):
+        place = nodes[left + which, BEGIN]
+        for i in range(begin, begin + nodes[node, SIZE]):
+            if side[codes[i] >> 2] == which:
+                codes[place] = codes[i]
+                place += 1
+        for i in range(scratch + n_both * which, scratch + n_both * (which + 1)):
+            codes[place] = 4 * codes[i] + START
+            place += 1
+        nodes[left + which, EVENTS] = nodes[left + which, SIZE]
 
 
-def start_static(boxes: np.ndarray, cell: np.ndarray) -> Work:
-    """Return the memory of a builder with a list of all triangles."""
+def start_static(boxes: np.ndarray, cell: np.ndarray) -> tuple[Work, Frontier]:
+    """Return the memory of a builder with a list of all triangles, in no order."""
     n = len(boxes)
-    work = make_work(n, n, cell)
-    work.triangle[:n] = np.arange(n)
-    work.boxes[:n] = boxes
-    work.codes[:n] = np.arange(n)
-    return work
-
-
-def extract_static(work: Work, row: int) -> Work:
-    """Return a builder of its own for a candidate, its references numbered anew."""
-    candidate = work.candidates[row]
-    n, begin = int(candidate[SIZE]), int(candidate[BEGIN])
-    references = work.codes[begin : begin + n]
-    own = start_static(work.boxes[references], work.cells[row])
-    own.triangle[:n] = work.triangle[references]
-    own.candidates[0, DEPTH] = candidate[DEPTH]
-    return own
+    nothing = np.empty(0), np.empty(0, np.int32)
+    codes = 4 * np.arange(n, dtype=np.int32) + START
+    return start(boxes, cell, 1, [(np.zeros(n), codes), nothing, nothing])

@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import call, implements, kernel
-from ..contract import STACK_SIZE
+from ...kernels import implements
 from ..subdivision.structure import Topology
 from ..subdivision.tree import (
     child,
@@ -28,7 +27,7 @@ from ..subdivision.tree import (
     planes,
     push,
 )
-from .builder import LEAF
+from .work import LEAF
 
 
 class KdTreeArrays(NamedTuple):
@@ -99,54 +98,13 @@ def kd_expand(tree, node, workspace, span, height):
 
 
 class Piece(NamedTuple):
-    """A tree as a builder leaves it, see :class:`.builder.Work`; `first` counts from its start."""
+    """A tree as a builder leaves it, see :class:`.work.Work`; `first` counts from its start."""
 
     axis: np.ndarray
     split: np.ndarray
     first: np.ndarray
     size: np.ndarray
     listed: np.ndarray
-
-
-MOST_SORTED = 64
-"""References of a leaf up to which insertion sorts them."""
-
-
-@kernel
-def copy_depth_first(piece, out, stack):
-    """Copy a tree, its nodes and leaves renumbered depth-first.
-
-    Parameters
-    ----------
-    piece : Piece
-    out : KdTreeArrays
-    stack : (k, 2) int64
-    """
-    stack[0, 0], stack[0, 1] = 0, 0
-    height, taken, leaves = 1, 1, 0
-    while height > 0:
-        height -= 1
-        old, new = stack[height, 0], stack[height, 1]
-        first, axis = piece.first[old], piece.axis[old]
-        out.split[new] = piece.split[old]
-        if axis != LEAF:
-            out.link[new] = 4 * taken + axis
-            for right in range(1, -1, -1):
-                stack[height, 0], stack[height, 1] = first + right, taken + right
-                height += 1
-            taken += 2
-            continue
-        out.link[new] = 4 * leaves + LEAF
-        size, place = piece.size[old], out.offsets[leaves]
-        leaves += 1
-        out.offsets[leaves] = place + size
-        for i in range(size):
-            triangle, j = piece.listed[first + i], place + i
-            if size <= MOST_SORTED:
-                while j > place and out.references[j - 1] > triangle:
-                    out.references[j] = out.references[j - 1]
-                    j -= 1
-            out.references[j] = triangle
 
 
 def joined(top: Piece, subtrees: dict[int, Piece]) -> Piece:
@@ -165,14 +123,53 @@ def joined(top: Piece, subtrees: dict[int, Piece]) -> Piece:
             np.where(piece.axis == LEAF, piece.first + at_list, piece.first + at_node)
             for piece, at_node, at_list in zip(pieces, nodes, lists)
         ]
-    ).astype(np.int32)
+    )
     for node, root in zip(subtrees, nodes[1:]):
         for array in (axis, split, first, size):
             array[node] = array[root]
     return Piece(axis, split, first, size, listed)
 
 
-def store(top: Piece, subtrees: dict[int, Piece], cell: np.ndarray) -> KdTreeArrays:
+def number_depth_first(axis: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the depth-first numbers of all nodes, and of the leaves among themselves.
+
+    Parameters
+    ----------
+    axis, first : (n,) int
+        See :class:`Piece`.
+
+    Returns
+    -------
+    number : (n,) int64
+    leaf : (n,) int64
+        Of use for leaves only.
+    """
+    is_inner = axis != LEAF
+    levels, inner = [], np.flatnonzero(is_inner[:1])
+    while len(inner):
+        levels.append(inner)
+        children = np.concatenate([first[inner], first[inner] + 1])
+        inner = children[is_inner[children]]
+    below = np.zeros(len(axis), np.int64)  # inner nodes of each subtree, its root included
+    for inner in reversed(levels):
+        below[inner] = 1 + below[first[inner]] + below[first[inner] + 1]
+    # The children of the k-th inner node are 2 k - 1 and 2 k; before a right child comes all that
+    # is below its sibling, in which there is one leaf more than inner nodes.
+    number, inner_before, leaf = (np.zeros(len(axis), np.int64) for _ in range(3))
+    for inner in levels:
+        left, right = first[inner], first[inner] + 1
+        number[left] = 2 * inner_before[inner] + 1
+        number[right] = number[left] + 1
+        inner_before[left] = inner_before[inner] + 1
+        inner_before[right] = inner_before[left] + below[left]
+        leaf[left] = leaf[inner]
+        leaf[right] = leaf[left] + below[left] + 1
+    return number, leaf
+
+
+def store(
+    top: Piece, subtrees: dict[int, Piece], cell: np.ndarray
+) -> tuple[KdTreeArrays, np.ndarray]:
     """Return the tree that a builder, or several, have left in pieces.
 
     Parameters
@@ -181,18 +178,36 @@ def store(top: Piece, subtrees: dict[int, Piece], cell: np.ndarray) -> KdTreeArr
         By the node of `top` in whose place they go.
     cell : (6,) float64
         The root's.
+
+    Returns
+    -------
+    tree : KdTreeArrays
+    old : (n_nodes,) int64
+        The number that each node had in its piece.
     """
     piece = joined(top, subtrees)
-    n_nodes = len(piece.axis) - len(subtrees)
-    tree = KdTreeArrays(
-        cell, np.empty(n_nodes), np.empty(n_nodes, np.int32),
-        np.zeros((n_nodes + 1) // 2 + 1, np.int64), np.empty(len(piece.listed), np.int32),
-    )  # fmt: skip
-    call(copy_depth_first, piece, tree, np.empty((STACK_SIZE, 2), np.int64))
-    sizes = np.diff(tree.offsets)
-    for leaf in np.flatnonzero(sizes > MOST_SORTED):
-        tree.references[tree.offsets[leaf] : tree.offsets[leaf + 1]].sort()
-    return tree
+    number, leaf = number_depth_first(piece.axis, piece.first)
+    # Roots of subtrees have left the places that they had in their pieces.
+    is_used = number > 0
+    is_used[0] = True
+    nodes = np.flatnonzero(is_used)
+    old = np.empty(len(nodes), np.int64)
+    old[number[nodes]] = nodes
+    is_leaf = piece.axis == LEAF
+    link = 4 * np.where(is_leaf, leaf, number[np.where(is_leaf, 0, piece.first)]) + piece.axis
+    leaves = nodes[is_leaf[nodes]]
+    in_order = np.empty(len(leaves), np.int64)
+    in_order[leaf[leaves]] = leaves
+    sizes = piece.size[in_order].astype(np.int64)
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    moved = np.repeat(piece.first[in_order] - offsets[:-1], sizes)
+    references = piece.listed[np.arange(len(moved)) + moved]
+    # Ascending within a leaf.
+    keys = (np.repeat(np.arange(len(sizes)), sizes) << 32) + references
+    keys.sort()
+    references = (keys & (2**32 - 1)).astype(np.int32)
+    tree = KdTreeArrays(cell, piece.split[old], link[old].astype(np.int32), offsets, references)
+    return tree, old
 
 
 def topology_of(tree: KdTreeArrays) -> Topology:
@@ -216,3 +231,19 @@ def topology_of(tree: KdTreeArrays) -> Topology:
     count = np.zeros(n, dtype=np.int32)
     count[leaves] = np.diff(tree.offsets)
     return Topology(boxes, depth, is_leaf, count, leaves)
+
+
+def breadth_first_steps(tree: KdTreeArrays) -> np.ndarray:
+    """Return in which step each node would be made if cells were split breadth-first, (n,) int64.
+
+    The k-th split makes its two nodes in step k; the root is there in step 0.
+    """
+    steps = np.zeros(len(tree.link), np.int64)
+    done, level = 0, np.zeros(1, np.int64)
+    while len(level):
+        inner = level[tree.link[level] & 3 != LEAF]
+        left = tree.link[inner] >> 2
+        steps[left] = steps[left + 1] = done + 1 + np.arange(len(inner))
+        done += len(inner)
+        level = np.stack([left, left + 1], axis=1).ravel()
+    return steps

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...geometry.rays import ULPS
 from ...geometry.triangle import Triangles, overlaps_box
-from ...kernels import dispatched, implements, inner
+from ...kernels import dispatched, implements, inlined, inner
 
 
 class ByBox(NamedTuple):
@@ -25,7 +25,7 @@ class Exact(NamedTuple):
     ----------
     slack : (3,) float64
         Rounding of a walk's coordinates, by which a cell is widened.
-    cell : (6,) float64
+    part : (6,) float64
         Scratch.
     """
 
@@ -33,7 +33,7 @@ class Exact(NamedTuple):
     closed: bool
     corners: np.ndarray
     slack: np.ndarray
-    cell: np.ndarray
+    part: np.ndarray
 
 
 def assignment_named(name: str, triangles: Triangles, boxes: np.ndarray, closed: bool):
@@ -44,21 +44,20 @@ def assignment_named(name: str, triangles: Triangles, boxes: np.ndarray, closed:
 
 
 @inner
-def octant_box(tree, node, octant, out):
-    """Write the box of one octant of a node into `out`, (6,)."""
+def octant_box(cell, planes, octant, out):
+    """Write the box of one octant of a cell, (6,), cut by planes, (3,), into `out`, (6,)."""
     for axis in range(3):
         upper = octant >> axis & 1
-        plane = tree.planes[node, axis]
-        out[axis] = plane if upper == 1 else tree.boxes[node, axis]
-        out[3 + axis] = tree.boxes[node, 3 + axis] if upper == 1 else plane
+        out[axis] = planes[axis] if upper == 1 else cell[axis]
+        out[3 + axis] = cell[3 + axis] if upper == 1 else planes[axis]
 
 
-@inner
-def octants_of_box(boxes, closed, tree, node, n):
-    """Compare a box with the three planes of a node; that it overlaps the node is known."""
+@inlined
+def octants_of_box(boxes, closed, planes, n):
+    """Compare box n with the three planes of a cell; that it overlaps the cell is known."""
     below, above = 0, 0  # bits of the axes
     for axis in range(3):
-        low, high, plane = boxes[n, axis], boxes[n, 3 + axis], tree.planes[node, axis]
+        low, high, plane = boxes[n, axis], boxes[n, 3 + axis], planes[axis]
         if low < plane or (closed and low == plane):
             below |= 1 << axis
         # A flat triangle in an open plane overlaps neither side: it goes above.
@@ -72,31 +71,31 @@ def octants_of_box(boxes, closed, tree, node, n):
 
 
 @dispatched
-def octants_of(assignment, tree, node, n):
-    """Return the octants of a node to which triangle n belongs, as bits 0 ... 7; at least one."""
+def octants_of(assignment, cell, planes, n):
+    """Return the octants of a cell to which triangle n belongs, as bits 0 ... 7; at least one."""
     raise TypeError(f"no assignment by {type(assignment).__name__}")
 
 
 @implements(octants_of, ByBox)
-def octants_by_box(assignment, tree, node, n):
+def octants_by_box(assignment, cell, planes, n):
     """Return the octants that the triangle's box overlaps."""
-    return octants_of_box(assignment.boxes, assignment.closed, tree, node, n)
+    return octants_of_box(assignment.boxes, assignment.closed, planes, n)
 
 
 @implements(octants_of, Exact)
-def octants_exactly(assignment, tree, node, n):
+def octants_exactly(assignment, cell, planes, n):
     """Of the octants that the box overlaps, keep those that the triangle overlaps."""
-    by_box = octants_of_box(assignment.boxes, assignment.closed, tree, node, n)
-    cell, slack = assignment.cell, assignment.slack
+    by_box = octants_of_box(assignment.boxes, assignment.closed, planes, n)
+    part, slack = assignment.part, assignment.slack
     mask = 0
     for octant in range(8):
         if not by_box >> octant & 1:
             continue
-        octant_box(tree, node, octant, cell)
+        octant_box(cell, planes, octant, part)
         for axis in range(3):
-            cell[axis] -= slack[axis]
-            cell[3 + axis] += slack[axis]
-        if overlaps_box(assignment.corners, n, cell):
+            part[axis] -= slack[axis]
+            part[3 + axis] += slack[axis]
+        if overlaps_box(assignment.corners, n, part):
             mask |= 1 << octant
     # Rounding must not lose a triangle.
     return mask if mask != 0 else by_box

@@ -23,9 +23,13 @@ from .storage import BuiltTree
 
 ADVICE = "lower max_depth or raise max_leaf_size"
 
-MOST_NODES, MOST_REFERENCES = 1 << 25, 1 << 29
-"""Where building gives up, having filled some 4 GiB: where triangles meet in one point, or leaves
-are to hold fewer than do, every level multiplies the cells and helps nobody."""
+NODES_PER_TRIANGLE, MOST_NODES = 16, 1 << 23
+REFERENCES_PER_TRIANGLE, MOST_REFERENCES = 64, 1 << 25
+"""Where building gives up, the larger of the two each: so many per triangle, or so many at all.
+
+Where triangles meet in one point, are long compared with the cells, or leaves are to hold fewer
+than meet, every level multiplies the cells and helps nobody.
+"""
 
 FINISHED, NEEDS_NODES, NEEDS_ARENA, PAUSED = range(4)
 """Why :func:`subdivide` returns."""
@@ -93,7 +97,7 @@ def area_of(box):
     return 2.0 * (x * y + y * z + z * x)
 
 
-@kernel
+@inner
 def offer(tree, node, rule):
     """Put a node into the frontier if it may be split."""
     if tree.count[node] > rule.max_leaf_size and tree.level[node] < rule.max_depth:
@@ -137,8 +141,9 @@ def subdivide(tree, rule, scratch, work):
         total = 0
         for octant in range(8):
             scratch.counts[octant] = 0
+        cell, planes = tree.boxes[node], tree.planes[node]
         for i in range(count):
-            mask = octants_of(rule.assignment, tree, node, arena[begin + i])
+            mask = octants_of(rule.assignment, cell, planes, arena[begin + i])
             scratch.masks[i] = mask
             for octant in range(8):
                 if mask >> octant & 1:
@@ -151,7 +156,7 @@ def subdivide(tree, rule, scratch, work):
         tree.used[0], tree.used[1] = n_nodes + 8, n_arena + total
         for octant in range(8):
             new = n_nodes + octant
-            octant_box(tree, node, octant, tree.boxes[new])
+            octant_box(cell, planes, octant, tree.boxes[new])
             tree.first[new] = -1
             tree.level[new] = tree.level[node] + 1
             tree.begin[new], tree.count[new] = n_arena, scratch.counts[octant]
@@ -170,19 +175,26 @@ def subdivide(tree, rule, scratch, work):
 
 
 @kernel
-def sweep(tree):
+def move_lists(source, begin, offsets, out):
+    """Copy the lists that begin at ``source[begin[i]]`` to ``out[offsets[i]:offsets[i + 1]]``."""
+    for i in range(len(begin)):
+        for k in range(offsets[i + 1] - offsets[i]):
+            out[offsets[i] + k] = source[begin[i] + k]
+
+
+def sweep(tree: Growing) -> None:
     """Move the lists of leaves and candidates together, over those of inner nodes."""
-    place = 0
-    # Lists lie in the arena in the order of their nodes.
-    for node in range(tree.used[0]):
-        if tree.first[node] >= 0:
-            continue
-        begin = tree.begin[node]
-        tree.begin[node] = place
-        for i in range(tree.count[node]):
-            tree.arena[place + i] = tree.arena[begin + i]
-        place += tree.count[node]
-    tree.used[1] = place
+    # Lists lie in the arena in the order of their nodes, so none is overwritten before it moves.
+    leaves = np.flatnonzero(tree.first[: tree.used[0]] < 0)
+    offsets = starts_of(tree.count[leaves])
+    call(move_lists, tree.arena, tree.begin[leaves], offsets, tree.arena)
+    tree.begin[leaves] = offsets[:-1]
+    tree.used[1] = offsets[-1]
+
+
+def starts_of(sizes: np.ndarray) -> np.ndarray:
+    """Return where lists of these sizes begin, one behind the other, and where the last ends."""
+    return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
 
 
 def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
@@ -203,7 +215,8 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
     tree.arena[:n] = np.arange(n)
     tree.used[:] = 1, n
     scratch = Scratch(np.empty(n, np.uint8), np.empty(n), np.empty(8, np.int64))
-    call(offer, tree, 0, rule)
+    if n > rule.max_leaf_size and rule.max_depth > 0:
+        tree.frontier.state[1] = 1  # the root waits
     status, work = PAUSED, 1 << 12
     while status != FINISHED:
         progress.report(int(tree.used[0]), int(tree.used[0]) + 1, "Building octree")
@@ -211,39 +224,39 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
         status = call(subdivide, tree, rule, scratch, work)
         seconds = time.perf_counter() - start
         if status == NEEDS_NODES:
+            refuse_if_too_many(len(tree.first), NODES_PER_TRIANGLE * n, MOST_NODES, "nodes")
             tree = with_room(tree, 2 * len(tree.first), len(tree.arena))
         elif status == NEEDS_ARENA:
             before = int(tree.used[1])
-            call(sweep, tree)
+            sweep(tree)
             # Sweeping pays if it frees a good part, and there is room for the next list.
             if tree.used[1] > before // 2 or len(tree.arena) - tree.used[1] < 8 * n:
+                refuse_if_too_many(
+                    len(tree.arena), REFERENCES_PER_TRIANGLE * n, MOST_REFERENCES, "references"
+                )
                 tree = with_room(tree, len(tree.first), 2 * len(tree.arena))
         elif seconds < SLICE:
             work *= 2
         elif seconds > 2 * SLICE:
             work = max(work // 2, 1)
-    call(sweep, tree)
     return tree
 
 
-def refuse_if_too_many(count: int, limit: int, what: str) -> None:
+def refuse_if_too_many(count: int, limit: int, least: int, what: str) -> None:
     """Raise InputError where `count` nodes or references are as many as are handled."""
-    if count >= limit:
-        raise InputError(f"the octree gets more than {limit} {what}; {ADVICE}")
+    if count >= max(limit, least):
+        raise InputError(f"the octree gets more than {max(limit, least)} {what}; {ADVICE}")
 
 
 def with_room(old: Growing | None, n_nodes: int, n_references: int) -> Growing:
     """Return a growing tree with that much room; the arrays that fit already are kept."""
     if old is not None and n_nodes == len(old.first):
-        refuse_if_too_many(len(old.arena), MOST_REFERENCES, "references")
-        n_references = min(n_references, MOST_REFERENCES)
         refuse_if_too_large(
             4 * n_references, f"an octree with over {len(old.arena)} references", ADVICE
         )
         arena = np.empty(n_references, np.int32)
         arena[: old.used[1]] = old.arena[: old.used[1]]
         return old._replace(arena=arena)
-    refuse_if_too_many(n_nodes // 2, MOST_NODES, "nodes")
     refuse_if_too_large(112 * n_nodes, f"an octree with over {n_nodes // 2} nodes", ADVICE)
     new = Growing(
         np.zeros((n_nodes, 6)), np.zeros((n_nodes, 3)), np.full(n_nodes, -1, np.int32),
@@ -291,20 +304,10 @@ def finish(tree: Growing) -> BuiltTree:
     old[number] = np.arange(n_nodes)
     inner, leaves = old[:n_inner], old[n_inner:]
     children = number[first[inner][:, None] + np.arange(8)].astype(np.int32)
-    offsets = np.zeros(len(leaves) + 1, np.int64)
-    np.cumsum(count[leaves], out=offsets[1:])
+    offsets = starts_of(count[leaves])
     references = np.empty(int(offsets[-1]), np.int32)
-    call(copy_lists, tree, leaves, offsets, references)
+    call(move_lists, tree.arena, tree.begin[leaves], offsets, references)
     return BuiltTree(
         tree.boxes[0].copy(), tree.planes[inner], children.reshape(-1, 8), tree.level[old],
         offsets, references,
     )  # fmt: skip
-
-
-@kernel
-def copy_lists(tree, leaves, offsets, out):
-    """Copy the lists of leaves to their places."""
-    for i in range(len(leaves)):
-        begin = tree.begin[leaves[i]]
-        for k in range(offsets[i + 1] - offsets[i]):
-            out[offsets[i] + k] = tree.arena[begin + k]

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...kernels import inner, kernel
+from ...kernels import inner
 from ...settings import setting
 
 DEPTH_FIRST, FIFO, PRIORITY = range(3)
@@ -89,7 +89,7 @@ def comes_before(frontier, key, node, place):
     return key > other or (key == other and node < frontier.nodes[place])
 
 
-@kernel
+@inner
 def put(frontier, order, node, key):
     """Add a candidate."""
     nodes, keys = frontier.nodes, frontier.keys
@@ -102,7 +102,7 @@ def put(frontier, order, node, key):
     nodes[i], keys[i] = node, key
 
 
-@kernel
+@inner
 def peek(frontier, order):
     """Return the next candidate; it stays."""
     if order == DEPTH_FIRST:
@@ -110,7 +110,7 @@ def peek(frontier, order):
     return frontier.nodes[frontier.state[0]]
 
 
-@kernel
+@inner
 def drop(frontier, order):
     """Remove the next candidate."""
     if order == FIFO:

@@ -12,9 +12,13 @@ from ...geometry.rays import ULPS
 from ...settings import setting
 from ..cells import Cells
 from ..contract import Statistics, Structure
+from . import heap as heap
+from . import march as march
+from . import recursive as recursive
+from . import segments as segments
 from .ropes import link
 from .tree import TreeWorkspace, make_workspace
-from .walks import WALKS, Neighbours, Ropes
+from .walks import WALKS, Ropes
 
 
 def walk_setting(default: str = "recursive") -> Any:
@@ -109,6 +113,14 @@ class Subdivision(Structure):
     def topology(self) -> Topology:
         """Return the boxes of all nodes and what else a figure is made of."""
 
+    def areas(self, nodes: Topology) -> np.ndarray:
+        """Return the surface areas of all cells."""
+        return surface_area(nodes.boxes)
+
+    def volumes(self, nodes: Topology) -> np.ndarray:
+        """Return the volumes of all cells."""
+        return np.prod(nodes.boxes[:, 3:] - nodes.boxes[:, :3], axis=1)
+
     def extra_statistics(self) -> dict[str, Any]:
         """Return figures of this structure only."""
         return {}
@@ -116,11 +128,8 @@ class Subdivision(Structure):
     def with_walk(self, tree: Any) -> None:
         """Set :attr:`arrays` to the tree with the walk of the settings."""
         settings = self.settings
-        if settings.walk != "neighbours":
-            self.arrays = WALKS[settings.walk](tree, settings.mailbox)
-        elif settings.links == "found":
-            self.arrays = Neighbours(tree, settings.mailbox)
-        else:
+        self.arrays = WALKS[settings.walk](tree, settings.mailbox)
+        if settings.walk == "neighbours" and settings.links == "stored":
             nodes = self.topology()
             ropes = link(tree, nodes.boxes, nodes.leaves)
             boxes = np.ascontiguousarray(nodes.boxes[nodes.leaves])
@@ -143,7 +152,7 @@ class Subdivision(Structure):
     def statistics(self) -> Statistics:
         """Return the figures of the tree."""
         nodes = self.topology()
-        areas = surface_area(nodes.boxes)
+        areas = self.areas(nodes)
         empty = areas[nodes.is_leaf & (nodes.count == 0)].sum()
         return Statistics.of_cells(
             areas, nodes.is_leaf, nodes.count, nodes.depth, float(areas[0]),
@@ -176,7 +185,7 @@ class Subdivision(Structure):
         )
         if apart.any():
             violations.append("a leaf lists a triangle whose box lies outside it")
-        volume = np.prod(leaves[:, 3:] - leaves[:, :3], axis=1).sum()
+        volume = self.volumes(nodes)[nodes.leaves].sum()
         if not np.isclose(volume, np.prod(tree.box[3:] - tree.box[:3]), rtol=1e-9):
             violations.append("the leaves do not fill the root")
         return violations

@@ -43,86 +43,47 @@ from ...kernels import dispatched, inlined, inner
 STACK = 512
 """Nodes a walk can put aside: seven per level of an octree, and no tree is deeper than 60."""
 
+ROWS = 1024
+"""What a walk can keep beside the stack; as many segments of a ray are collected at a time."""
+
 ROOT = np.int64(0)
 """Number of the root. Not the plain 0, for which Numba would compile callees once more."""
 
-SEGMENTS = 1024
-"""Segments of a ray that are collected before they are processed."""
+NODE = 6
+"""Column of a row, behind the six of a cell."""
 
 
 class TreeWorkspace(NamedTuple):
     """Scratch memory of one thread for the walks of trees.
 
+    Few arrays, since every one makes every kernel that takes them slower to compile; numbers of
+    nodes are exact in float64.
+
     Attributes
     ----------
-    frame : (3, 3) float64
+    frame : (3, 5) float64
         Per axis what :func:`plane_times` needs of the ray: o + slack, o - slack (exchanged for
-        d < 0) and the inverse of d.
-    nodes : (STACK,) int32
-    enters, exits, lates : (STACK,) float64
-        The stack: nodes put aside, with their spans.
-    boxes : (STACK, 6) float64
-        Cells of the nodes on the path from the root, by depth.
-    path : (STACK,) int32
-        The nodes on that path.
-    heap : (STACK,) int32
-        Places 0, 1, ... of entries in the order of a heap.
-    heap_nodes : (STACK,) int32
-    spans : (STACK, 3) float64
-        What the places hold: nodes and their spans.
-    keys, ceilings : (STACK,) float64
-    ages : (STACK,) int64
-        What the heap is ordered by, see :func:`.walks.walk_heap`.
-    free : (STACK,) int32
-        Places that became free.
-    segment_nodes : (SEGMENTS,) int32
-    segment_enters, segment_exits : (SEGMENTS,) float64
-        The ray cut into pieces by leaf.
+        d < 0) and the inverse of d; and for oblique planes o and d.
+    stack : (STACK, 4) float64
+        Nodes put aside: node, enter, exit, late.
+    rows : (ROWS, 7) float64
+        What a walk keeps beside the stack: marching, the nodes from the root to the current one by
+        depth, each with its cell; else the entries of a heap, or the segments of a ray.
     mailbox : (n_triangles,) int32, or (1,) if there is none
     """
 
     frame: np.ndarray
-    nodes: np.ndarray
-    enters: np.ndarray
-    exits: np.ndarray
-    lates: np.ndarray
-    boxes: np.ndarray
-    path: np.ndarray
-    heap: np.ndarray
-    heap_nodes: np.ndarray
-    spans: np.ndarray
-    keys: np.ndarray
-    ceilings: np.ndarray
-    ages: np.ndarray
-    free: np.ndarray
-    segment_nodes: np.ndarray
-    segment_enters: np.ndarray
-    segment_exits: np.ndarray
+    stack: np.ndarray
+    rows: np.ndarray
     mailbox: np.ndarray
 
 
 def make_workspace(mailbox_size: int) -> TreeWorkspace:
     """Return scratch memory for one thread."""
     return TreeWorkspace(
-        frame=np.zeros((3, 3)),
-        nodes=np.zeros(STACK, np.int32),
-        enters=np.zeros(STACK),
-        exits=np.zeros(STACK),
-        lates=np.zeros(STACK),
-        boxes=np.zeros((STACK, 6)),
-        path=np.zeros(STACK, np.int32),
-        heap=np.zeros(STACK, np.int32),
-        heap_nodes=np.zeros(STACK, np.int32),
-        spans=np.zeros((STACK, 3)),
-        keys=np.zeros(STACK),
-        ceilings=np.zeros(STACK),
-        ages=np.zeros(STACK, np.int64),
-        free=np.zeros(STACK, np.int32),
-        segment_nodes=np.zeros(SEGMENTS, np.int32),
-        segment_enters=np.zeros(SEGMENTS),
-        segment_exits=np.zeros(SEGMENTS),
-        mailbox=np.full(mailbox_size, -1, np.int32),
-    )
+        np.zeros((3, 5)), np.zeros((STACK, 4)), np.zeros((ROWS, 7)),
+        np.full(mailbox_size, -1, np.int32),
+    )  # fmt: skip
 
 
 class Span(NamedTuple):
@@ -196,18 +157,6 @@ def expand(tree, node, workspace, span, height):
 
 
 @inlined
-def set_frame(workspace, ray):
-    """Write what :func:`plane_times` needs of a ray."""
-    frame = workspace.frame
-    frame[0, 0], frame[0, 1], frame[0, 2] = ray.low_x, ray.high_x, ray.ix
-    frame[1, 0], frame[1, 1], frame[1, 2] = ray.low_y, ray.high_y, ray.iy
-    frame[2, 0], frame[2, 1], frame[2, 2] = ray.low_z, ray.high_z, ray.iz
-    for axis in range(3):
-        if not frame[axis, 2] > 0.0:
-            frame[axis, 0], frame[axis, 1] = frame[axis, 1], frame[axis, 0]
-
-
-@inlined
 def plane_times(frame, axis, plane):
     """Return the early and the late t at which the ray meets a plane."""
     inverse = frame[axis, 2]
@@ -251,23 +200,22 @@ def far_part(span, early):
 @inlined
 def push(workspace, height, node, span):
     """Put a node aside."""
-    workspace.nodes[height] = node
-    workspace.enters[height] = span.enter
-    workspace.exits[height] = span.exit
-    workspace.lates[height] = span.late
+    stack = workspace.stack
+    stack[height, 0], stack[height, 1] = node, span.enter
+    stack[height, 2], stack[height, 3] = span.exit, span.late
 
 
 @inlined
 def pop(workspace, height):
     """Return the node at a place of the stack, and its span."""
-    return np.int64(workspace.nodes[height]), Span(
-        workspace.enters[height], workspace.exits[height], workspace.lates[height]
-    )
+    stack = workspace.stack
+    span = Span(stack[height, 1], stack[height, 2], stack[height, 3])
+    return np.int64(stack[height, 0]), span
 
 
 @inner
-def enter_root(box, frame, t_max):
-    """Return where a ray enters the root's cell.
+def enter_root(box, ray, frame):
+    """Write the frame of a ray, and return where the ray enters the root's cell.
 
     Returns
     -------
@@ -278,10 +226,17 @@ def enter_root(box, frame, t_max):
     axis : int
         Axis of the plane through which it enters; -1 if it starts inside.
     """
+    frame[0, 0], frame[0, 1], frame[0, 2] = ray.low_x, ray.high_x, ray.ix
+    frame[1, 0], frame[1, 1], frame[1, 2] = ray.low_y, ray.high_y, ray.iy
+    frame[2, 0], frame[2, 1], frame[2, 2] = ray.low_z, ray.high_z, ray.iz
+    frame[0, 3], frame[1, 3], frame[2, 3] = ray.ox, ray.oy, ray.oz
+    frame[0, 4], frame[1, 4], frame[2, 4] = ray.dx, ray.dy, ray.dz
     enter, enter_late, axis = 0.0, 0.0, -1
     leave, leave_late = np.inf, np.inf
     for a in range(3):
         near = near_side(frame, a)
+        if near == 1:
+            frame[a, 0], frame[a, 1] = frame[a, 1], frame[a, 0]
         early, late = plane_times(frame, a, box[3 * near + a])
         if early > enter:
             enter, axis = early, a
@@ -289,6 +244,6 @@ def enter_root(box, frame, t_max):
         early, late = plane_times(frame, a, box[3 * (1 - near) + a])
         leave = early if early < leave else leave
         leave_late = late if late < leave_late else leave_late
-    if enter > leave_late or enter > t_max:
+    if enter > leave_late or enter > ray.t_max:
         enter = np.inf
     return Span(enter, leave, leave_late), enter_late, axis

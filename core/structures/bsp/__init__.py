@@ -1,0 +1,249 @@
+"""General BSP tree: a cell is cut by one plane of any orientation, again and again.
+
+Cells are convex polyhedra (:mod:`.polyhedron`), and the surface area heuristic reckons with their
+true areas. Who decides where the planes go is :mod:`.planes`; triangles are cut at them, so that a
+leaf lists only what reaches into it (:mod:`.references`). The tree (:mod:`.storage`) is walked like
+a kd-tree (:mod:`..subdivision.walks`), with an inner product instead of a coordinate. All planes
+are walked alike, so C_trav is the same for all.
+
+There are no links to neighbours here: a face of a cell may have any number of corners and touch
+cells across any number of planes, and a march that stood at a face would have to find out which
+face that is. Marching starts from the root instead, where the planes on the way down tell it.
+
+K. Sung, P. Shirley: Ray Tracing with the BSP Tree, Graphics Gems III, 1992.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...geometry.triangle import Triangles, triangles_of
+from ...memory import refuse_if_too_large
+from ...progress import SILENT, Progress
+from ...scene import Scene
+from ...settings import setting
+from ..cells import Cells
+from ..contract import intersection_cost, traversal_cost
+from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, order_setting
+from ..subdivision.structure import (
+    Subdivision,
+    Topology,
+    mailbox_setting,
+    padded_box,
+    padding_setting,
+)
+from ..subdivision.walks import WALKS
+from .build import Grown, Limits, grow_tree
+from .cells import Measures, covered_areas, measured, polygons
+from .planes import Autopartition, Heuristic, directions_of
+from .storage import BspArrays, BspMarch
+
+SHELL = 2.0**-40
+"""Distance from a plane within which a point counts as on it, relative to the coordinates: ten
+times what sixty cuts may add up to."""
+
+
+@dataclass(frozen=True)
+class BspSettings:
+    """Settings of the BSP tree."""
+
+    planes: str = setting(
+        "sah",
+        "Planes",
+        "Which planes may cut a cell",
+        choices={
+            "autopartition": "Those of triangles: of some, the one that cuts the fewest",
+            "sah": "Across the axes, of triangles and through their edges, whichever costs least",
+            "fixed": "Across a fixed set of directions, where it costs least (RBSP)",
+        },
+    )
+    directions: str = setting(
+        "7",
+        "Directions",
+        "Normals of the planes, for planes=fixed",
+        choices={
+            "3": "The axes, as in a kd-tree",
+            "7": "Axes and diagonals of the cube (14-DOP)",
+            "9": "Axes and diagonals of its faces (18-DOP)",
+            "13": "All of these (26-DOP)",
+        },
+    )
+    candidates: int = setting(
+        32,
+        "Candidates",
+        "Oblique planes that are tried per cell, for planes=sah and autopartition",
+        unit="planes",
+        minimum=1,
+        maximum=100_000,
+    )
+    walk: str = setting(
+        "recursive",
+        "Walk",
+        "How the next leaf along a ray is found",
+        choices={
+            "march": "From the root, for every leaf (Glassner)",
+            "segments": "One pass cuts the ray into segments by leaf, which are then processed",
+            "recursive": "Depth-first with a stack, near children first",
+            "heap": "Depth-first with a priority queue of cells",
+        },
+    )
+    max_depth: int = setting(
+        0,
+        "Max Depth",
+        "Level K at which subdivision ends; 0 for 8 + 1.3 log2 N of N triangles",
+        unit="levels",
+        minimum=0,
+        maximum=60,
+        unset="auto",
+    )
+    max_leaf_size: int = setting(
+        8,
+        "Max Leaf Size",
+        "A cell with at most these M triangles is not cut",
+        unit="triangles",
+        minimum=0,
+        maximum=2**31 - 1,
+    )
+    C_trav: float = traversal_cost()
+    C_isect: float = intersection_cost()
+    empty_bonus: float = setting(
+        0.2,
+        "Empty Bonus",
+        "Share of the cost that a plane with an empty side is let off, not for autopartition",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    budget: int = budget_setting()
+    order: str = order_setting()
+    mailbox: bool = mailbox_setting()
+    padding: float = padding_setting()
+
+
+class Bsp(Subdivision):
+    """Binary subdivision of space by planes of any orientation."""
+
+    name = "bsp"
+    label = "BSP Tree"
+    summary = "Binary tree of convex cells, cut by planes of any orientation"
+    Settings = BspSettings
+
+    def __init__(
+        self, scene: Scene, settings: BspSettings, grown: Grown, triangles: Triangles,
+        box: np.ndarray, shell: float,
+    ) -> None:  # fmt: skip
+        super().__init__(scene, settings, None, triangles)
+        self.grown = grown
+        self.with_walk(
+            BspArrays(box, grown.planes, grown.link, shell, grown.offsets, grown.references)
+        )
+
+    @classmethod
+    def build(cls, scene: Scene, settings: BspSettings, progress: Progress = SILENT) -> Bsp:
+        """Build the tree, then prepare its walk."""
+        refuse_if_too_large(
+            len(scene) * 900, f"a bsp over {len(scene)} triangles", "use a smaller scene"
+        )
+        triangles = triangles_of(scene)
+        box = padded_box(scene.lower, scene.upper, settings.padding)
+        shell = SHELL * float(np.abs(box).max())
+        limits = Limits(
+            settings.max_depth or round(8 + 1.3 * np.log2(len(scene))),
+            settings.max_leaf_size,
+            settings.budget or 2**31 - 1,
+            ORDERS[settings.order] if settings.budget else DEPTH_FIRST,
+        )
+        grown = grow_tree(rule_of(settings), limits, triangles, box, shell, progress)
+        return cls(scene, settings, grown, triangles, box, shell)
+
+    def with_walk(self, tree: Any) -> None:
+        """Set :attr:`arrays` to the tree with the walk of the settings."""
+        record = BspMarch if self.settings.walk == "march" else WALKS[self.settings.walk]
+        self.arrays = record(tree, self.settings.mailbox)
+
+    def measures(self) -> Measures:
+        """Return areas, volumes and boxes of all cells."""
+        tree = self.arrays.tree
+        return measured(self.grown, tree.box, tree.shell)
+
+    def topology(self) -> Topology:
+        """Return the nodes; the boxes are those around the cells."""
+        grown = self.grown
+        is_leaf = grown.link < 0
+        leaves = np.empty(len(grown.offsets) - 1, np.int64)
+        leaves[-1 - grown.link[is_leaf]] = np.flatnonzero(is_leaf)
+        count = np.zeros(len(grown.link), np.int32)
+        count[leaves] = np.diff(grown.offsets)
+        return Topology(self.measures().boxes, grown.depth.astype(np.int64), is_leaf, count, leaves)
+
+    def areas(self, nodes: Topology) -> np.ndarray:
+        """Return the true surface areas of the cells."""
+        return self.grown.area
+
+    def volumes(self, nodes: Topology) -> np.ndarray:
+        """Return the true volumes of the cells."""
+        return self.measures().volumes
+
+    def cells(self) -> Cells:
+        """Return the cells of all nodes as polyhedra, with the planes that cut them.
+
+        Attribute `order` is the step of the building in which a cell was made.
+        """
+        nodes, measures, tree = self.topology(), self.measures(), self.arrays.tree
+        faces, cuts = polygons(self.grown, tree.box, tree.shell, measures)
+        order = (np.arange(len(nodes.depth)) + 1) // 2
+        return Cells.sorted_by_depth(
+            nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count,
+            {"order": order, "faces": measures.faces, "volume": measures.volumes},
+            faces, cuts, measures.areas,
+        )  # fmt: skip
+
+    def extra_statistics(self) -> dict[str, Any]:
+        """Return how many planes are oblique, and how many faces a leaf has."""
+        grown = self.grown
+        normals = grown.planes[grown.link > 0, :3]
+        oblique = (normals != 0.0).sum(axis=1) > 1
+        return {
+            "oblique_planes": int(oblique.sum()),
+            "faces_per_leaf": float(self.measures().faces[grown.link < 0].mean()),
+        }
+
+    def validate(self) -> list[str]:
+        """Check the tree, its polyhedra, and that leaves which list a triangle cover all of it."""
+        violations = super().validate()
+        if violations:
+            return violations
+        tree, measures, corners = self.arrays.tree, self.measures(), self.triangles.corners
+        if (measures.faces < 4).any():
+            violations.append("a cell has no inside")
+        if not np.allclose(measures.areas, self.grown.area, rtol=1e-6, atol=0.0):
+            violations.append("the areas that the builder reckoned with are not those of the cells")
+        areas, n_empty = covered_areas(self.grown, corners, tree.shell)
+        if n_empty:
+            violations.append(
+                f"{n_empty} times a leaf lists a triangle that does not reach into it"
+            )
+        edges = corners[:, 1:] - corners[:, :1]
+        whole = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        # What lies in the shell of a plane may be on either side, all around the triangle.
+        around = np.linalg.norm(edges, axis=2).sum(axis=1)
+        if (np.abs(areas - whole) > 1e-6 * whole + 8 * tree.shell * around).any():
+            violations.append("the leaves that list a triangle do not cover it")
+        return violations
+
+
+def rule_of(settings: BspSettings) -> Heuristic | Autopartition:
+    """Return what decides the planes."""
+    if settings.planes == "autopartition":
+        return Autopartition(settings.candidates)
+    is_fixed = settings.planes == "fixed"
+    return Heuristic(
+        directions_of(int(settings.directions) if is_fixed else 3),
+        0 if is_fixed else settings.candidates,
+        settings.C_trav, settings.C_isect, 1.0 - settings.empty_bonus,
+    )  # fmt: skip
+
+
+STRUCTURE = Bsp

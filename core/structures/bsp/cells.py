@@ -1,0 +1,202 @@
+"""The cells of a BSP tree as polyhedra, to draw and to check.
+
+They are not stored: each is cut out of its parent, from the root down.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernels import call, inner, kernel
+from ..cells import Polygons
+from .build import Grown
+from .polyhedron import Polyhedra, clip, make_polyhedra, measure
+from .references import MOST_POLYGON_CORNERS, Lists, append_side
+
+
+class Measures(NamedTuple):
+    """Of every node.
+
+    Attributes
+    ----------
+    boxes : (n, 6) float64
+        Around the cells.
+    areas, volumes : (n,) float64
+    faces, corners : (n,) int64
+        Number of faces, and of corners in all of them.
+    cut : (n,) int64
+        Number of corners of the face that the cut through the parent has made; 0 for the root.
+    """
+
+    boxes: np.ndarray
+    areas: np.ndarray
+    volumes: np.ndarray
+    faces: np.ndarray
+    corners: np.ndarray
+    cut: np.ndarray
+
+
+class Loops(NamedTuple):
+    """Where polyhedra are written to: corners, face after face, and the ends of the faces.
+
+    ``first_corner`` and ``first_face``, (n,) int64, are the places of a node's own.
+    """
+
+    points: np.ndarray
+    ends: np.ndarray
+    first_corner: np.ndarray
+    first_face: np.ndarray
+
+
+@inner
+def write_loops(loops, node, room, row):
+    """Copy a polyhedron."""
+    corner, first = loops.first_corner[node], loops.first_face[node]
+    for face in range(room.n_faces[row]):
+        loops.ends[first + face] = corner + room.starts[row, face + 1]
+    for i in range(room.starts[row, room.n_faces[row]]):
+        for axis in range(3):
+            loops.points[corner + i, axis] = room.points[row, i, axis]
+
+
+@kernel
+def visit_cells(tree, room, shell, stack, measures, loops, write):
+    """Cut out all cells, depth-first; measure them, or write them to `loops`.
+
+    Parameters
+    ----------
+    tree : Grown
+    room : Polyhedra
+        One row per level.
+    stack : (levels,) int64
+    """
+    stack[0], height = 0, 1
+    while height > 0:
+        height -= 1
+        node = stack[height]
+        level = tree.depth[node]
+        if level > 0:
+            parent = tree.parent[node]
+            sign = -1.0 if tree.link[parent] == node else 1.0
+            if not clip(room, level - 1, level, tree.planes[parent], sign, shell):
+                room.n_faces[level] = 0
+        if write:
+            write_loops(loops, node, room, level)
+        else:
+            n = room.n_faces[level]
+            measures.areas[node], measures.volumes[node] = measure(
+                room, level, measures.boxes[node]
+            )
+            measures.faces[node], measures.corners[node] = n, room.starts[level, n]
+            if level > 0 and n > 0:
+                measures.cut[node] = room.starts[level, n] - room.starts[level, n - 1]
+        if tree.link[node] > 0:
+            stack[height], stack[height + 1] = tree.link[node] + 1, tree.link[node]
+            height += 2
+
+
+def measured(tree: Grown, box: np.ndarray, shell: float) -> Measures:
+    """Return the measures of all cells of a tree whose root is a box, (6,)."""
+    n = len(tree.link)
+    measures = Measures(
+        np.zeros((n, 6)), np.zeros(n), np.zeros(n), np.zeros(n, np.int64), np.zeros(n, np.int64),
+        np.zeros(n, np.int64),
+    )  # fmt: skip
+    none = Loops(
+        np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
+    )
+    call(visit_cells, tree, levels(tree, box), shell, stack_for(tree), measures, none, False)
+    return measures
+
+
+def polygons(
+    tree: Grown, box: np.ndarray, shell: float, measures: Measures
+) -> tuple[Polygons, Polygons]:
+    """Return the faces of all cells, and the planes that cut the inner ones."""
+    loops = Loops(
+        np.zeros((int(measures.corners.sum()), 3)), np.zeros(int(measures.faces.sum()), np.int64),
+        np.cumsum(measures.corners) - measures.corners, np.cumsum(measures.faces) - measures.faces,
+    )  # fmt: skip
+    call(visit_cells, tree, levels(tree, box), shell, stack_for(tree), measures, loops, True)
+    owners = np.repeat(np.arange(len(tree.link)), measures.faces)
+    faces = Polygons(loops.points, np.concatenate([[0], loops.ends]), owners)
+    # The cut of an inner node is the last face of the left child.
+    inner_nodes = np.flatnonzero(tree.link > 0)
+    left = tree.link[inner_nodes].astype(np.int64)
+    sizes = measures.cut[left]
+    ends = (loops.first_corner + measures.corners)[left]
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    rank = np.arange(offsets[-1]) - np.repeat(offsets[:-1], sizes)
+    points = loops.points[np.repeat(ends - sizes, sizes) + rank]
+    return faces, Polygons(points, offsets, inner_nodes)
+
+
+def levels(tree: Grown, box: np.ndarray) -> Polyhedra:
+    """Return room for the polyhedra on a path."""
+    return make_polyhedra(int(tree.depth.max()) + 1, box)
+
+
+def stack_for(tree: Grown) -> np.ndarray:
+    """Return room for the nodes that wait."""
+    return np.zeros(int(tree.depth.max()) + 2, np.int64)
+
+
+@kernel
+def add_cut_areas(tree, nodes, corners, shell, lists, path, areas):
+    """Add to `areas`, per triangle, those of its parts in the leaves that list it.
+
+    Returns the number of entries of leaves of which nothing is left.
+    """
+    n_empty = 0
+    for leaf in range(len(nodes)):
+        node, height = nodes[leaf], 0
+        while node > 0:
+            path[height] = node
+            height += 1
+            node = np.int64(tree.parent[node])
+        for entry in range(tree.offsets[leaf], tree.offsets[leaf + 1]):
+            triangle = tree.references[entry]
+            lists.triangle[0], lists.start[0], lists.size[0] = triangle, 0, 3
+            lists.used[0], lists.used[1] = 1, 3
+            for i in range(3):
+                for axis in range(3):
+                    lists.points[i, axis] = corners[triangle, i, axis]
+            reference, kept = np.int64(0), np.int64(1)
+            for i in range(height - 1, -1, -1):
+                above = tree.parent[path[i]]
+                sign = -1.0 if tree.link[above] == path[i] else 1.0
+                if kept == 1:
+                    kept = append_side(lists, reference, 1, tree.planes[above], sign, shell)
+                    reference += 1
+            if kept == 0:
+                n_empty += 1
+                continue
+            first, size = lists.start[reference], lists.size[reference]
+            for i in range(first + 1, first + size - 1):
+                area = 0.0
+                for axis in range(3):
+                    u, v = (axis + 1) % 3, (axis + 2) % 3
+                    eu = lists.points[i, u] - lists.points[first, u]
+                    ev = lists.points[i, v] - lists.points[first, v]
+                    fu = lists.points[i + 1, u] - lists.points[first, u]
+                    fv = lists.points[i + 1, v] - lists.points[first, v]
+                    area += (eu * fv - ev * fu) ** 2
+                areas[triangle] += 0.5 * area**0.5
+    return n_empty
+
+
+def covered_areas(tree: Grown, corners: np.ndarray, shell: float) -> tuple[np.ndarray, int]:
+    """Return of every triangle the area of its parts in leaves, and how many parts are nothing."""
+    depth = int(tree.depth.max()) + 2
+    lists = Lists(
+        np.zeros(depth, np.int32), np.zeros(depth, np.int64), np.zeros(depth, np.int32),
+        np.zeros((depth * MOST_POLYGON_CORNERS, 3)), np.zeros(1, np.int32), np.zeros(3, np.int64),
+    )  # fmt: skip
+    areas = np.zeros(len(corners))
+    nodes = np.empty(len(tree.offsets) - 1, np.int64)
+    leaves = np.flatnonzero(tree.link < 0)
+    nodes[-1 - tree.link[leaves]] = leaves
+    path = np.zeros(depth, np.int64)
+    return areas, int(call(add_cut_areas, tree, nodes, corners, shell, lists, path, areas))

@@ -1,0 +1,250 @@
+"""Where the planes of a BSP tree go.
+
+- *autopartition*: in the plane of one of the triangles. Of a few, pseudo-random ones, the one that
+  cuts fewest others, and has about as many on either side.
+- *sah*: where the surface area heuristic (:mod:`..kdtree.sah`) costs least, over planes across the
+  three axes, planes of triangles, and planes through their edges perpendicular to them. The areas
+  are those of the convex cells.
+- *fixed*: the same over a fixed set of directions, the normals of a k-DOP (restricted BSP, RBSP).
+
+Trying everything would take for ever, so: across each fixed direction, planes at all ends of the
+polygons where there are at most EXACT of these, else BINS planes at equal distances. Of oblique
+planes at most `candidates` are tried per cell, four per triangle, of triangles at equal distances
+in the list. Where there are more than SAMPLE references, every second, third, ... speaks for all.
+
+H. Fuchs, Z. Kedem, B. Naylor: On Visible Surface Generation by A Priori Tree Structures, SIGGRAPH
+1980. M. Paterson, F. Yao: Efficient Binary Space Partitions for Hidden-Surface Removal and Solid
+Modeling, DCG 1990 (autopartition). R. Kammaje, B. Mora: A Study of Restricted BSP Trees for Ray
+Tracing, RT 2007. T. Ize, I. Wald, S. Parker: Ray Tracing with the BSP Tree, RT 2008.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernels import dispatched, implements, inner
+from .polyhedron import measure_heights, side_areas
+from .references import count_sides, project
+
+EXACT = 24
+BINS = 32
+SAMPLE = 2048
+
+MARGIN = 4.0
+"""A plane must leave that many shells of the cell on either side."""
+
+CUT = 8.0
+"""What one cut triangle weighs, for autopartition, against one more on one side than the other."""
+
+ATTEMPTS = 256
+"""Planes of triangles that are looked at, for autopartition: those on the border do not cut."""
+
+EDGES, OWN = 3, np.int64(3)
+"""Planes of a triangle: through its edges 0, 1, 2, and its own."""
+
+
+class Heuristic(NamedTuple):
+    """SAH over `directions`, (k, 3) float64 of unit length, and `candidates` oblique planes.
+
+    `keep` is the share of the cost that is left where one side is empty.
+    """
+
+    directions: np.ndarray
+    candidates: int
+    c_trav: float
+    c_isect: float
+    keep: float
+
+
+class Autopartition(NamedTuple):
+    """The best of `candidates` planes of triangles."""
+
+    candidates: int
+
+
+def directions_of(count: int) -> np.ndarray:
+    """Return k-DOP normals, (count, 3): 3 axes, 6 of edges or 4 of corners of the cube, or all.
+
+    7 are axes and corners (14-DOP), 9 axes and edges (18-DOP), 13 all (26-DOP).
+    """
+    signs = [d for d in itertools.product((0, 1, -1), repeat=3) if any(d)]
+    half = [d for d in signs if next(x for x in d if x) > 0]
+    kinds = {3: (1,), 7: (1, 3), 9: (1, 2), 13: (1, 2, 3)}[count]
+    chosen = np.array(
+        [d for kind in kinds for d in half if sum(map(abs, d)) == kind], dtype=np.float64
+    )
+    return chosen / np.linalg.norm(chosen, axis=1, keepdims=True)
+
+
+class Scratch(NamedTuple):
+    """Scratch memory of the builder.
+
+    Attributes
+    ----------
+    low, high : (SAMPLE,) float64
+        Extents of polygons along a normal.
+    tried, plane : (4,) float64
+        The plane being tried, and the best so far: unit normal and position along it.
+    path : (64,) int64
+        Nodes from a cell up to the root.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    tried: np.ndarray
+    plane: np.ndarray
+    path: np.ndarray
+
+
+@dispatched
+def choose_plane(rule, lists, begin, n, room, row, area, scratch, corners, shell, salt):
+    """Write the plane that is to split a cell to `scratch.plane`; False if none is any good.
+
+    Parameters
+    ----------
+    rule : NamedTuple
+        Decides how.
+    lists : Lists
+    begin, n : int
+        The cell's references.
+    room, row : Polyhedra, int
+        The cell.
+    area : float
+        Its surface area.
+    corners : (n_triangles, 3, 3) float64
+    shell : float
+    salt : int
+        For pseudo-random choices: of this cell, whenever it is split.
+    """
+    raise TypeError(type(rule).__name__)
+
+
+@inner
+def make_plane(corners, triangle, which, plane):
+    """Write a plane of a triangle: OWN, or through an edge; False if it has no area."""
+    first, second, third = which % EDGES, (which + 1) % EDGES, (which + 2) % EDGES
+    ax, ay, az = (
+        corners[triangle, first, 0],
+        corners[triangle, first, 1],
+        corners[triangle, first, 2],
+    )
+    ex, fx = corners[triangle, second, 0] - ax, corners[triangle, third, 0] - ax
+    ey, fy = corners[triangle, second, 1] - ay, corners[triangle, third, 1] - ay
+    ez, fz = corners[triangle, second, 2] - az, corners[triangle, third, 2] - az
+    x, y, z = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
+    if which != OWN:
+        x, y, z = y * ez - z * ey, z * ex - x * ez, x * ey - y * ex
+    length = (x * x + y * y + z * z) ** 0.5
+    if not 0.0 < length < np.inf:
+        return False
+    x, y, z = x / length, y / length, z / length
+    plane[0], plane[1], plane[2], plane[3] = x, y, z, x * ax + y * ay + z * az
+    return True
+
+
+@inner
+def take_plane(scratch, position):
+    """Make the plane being tried the best, at a position."""
+    for i in range(3):
+        scratch.plane[i] = scratch.tried[i]
+    scratch.plane[3] = position
+
+
+@inner
+def cost_of(rule, room, row, area, plane, position, n_below, n_above, best):
+    """Return the expected cost of a split, or inf where it cannot be less than `best`."""
+    factor = rule.keep if n_below == 0.0 or n_above == 0.0 else 1.0
+    # The sides together have more area than the cell.
+    least = factor * (rule.c_trav + rule.c_isect * min(n_below, n_above))
+    if not least < best:
+        return np.inf
+    below, above = side_areas(room, row, plane, position)
+    return factor * (rule.c_trav + rule.c_isect * (below * n_below + above * n_above) / area)
+
+
+@implements(choose_plane, Heuristic)
+def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, corners, shell, salt):
+    """Try planes across the fixed directions, then oblique ones."""
+    low, high, tried = scratch.low, scratch.high, scratch.tried
+    stride = (n + SAMPLE - 1) // SAMPLE
+    count = n // stride
+    scale = n / count
+    best = rule.c_isect * n
+    found = False
+    n_directions = len(rule.directions)
+    n_triangles = min(n, rule.candidates // 4)
+    for number in range(n_directions + 4 * n_triangles):
+        if number < n_directions:
+            for axis in range(3):
+                tried[axis] = rule.directions[number, axis]
+        else:
+            rank, which = (number - n_directions) // 4, (number - n_directions) % 4
+            triangle = lists.triangle[begin + rank * n // n_triangles]
+            if not make_plane(corners, triangle, which, tried):
+                continue
+        position, tried[3] = tried[3], 0.0
+        lowest, highest = measure_heights(room, row, tried)
+        lowest, highest = lowest + MARGIN * shell, highest - MARGIN * shell
+        n_positions = 1
+        if number >= n_directions and not lowest < position < highest:
+            continue
+        project(lists, begin, stride, count, tried, low, high)
+        first, width = np.inf, 0.0
+        if number < n_directions:
+            n_positions = 2 * count
+            if count > EXACT:
+                last = -np.inf
+                for i in range(count):
+                    first = low[i] if low[i] < first else first
+                    last = high[i] if high[i] > last else last
+                n_positions = BINS + 1
+                width = (last - first) / BINS
+        for i in range(n_positions):
+            if number < n_directions:
+                position = first + i * width
+                if count <= EXACT:
+                    position = low[i] if i < count else high[i - count]
+                if not lowest < position < highest:
+                    continue
+            n_below, n_above = count_sides(low, high, count, position, shell)
+            cost = cost_of(
+                rule, room, row, area, tried, position, scale * n_below, scale * n_above, best
+            )
+            if cost < best:
+                best, found = cost, True
+                take_plane(scratch, position)
+    return found
+
+
+@implements(choose_plane, Autopartition)
+def choose_by_cuts(rule, lists, begin, n, room, row, area, scratch, corners, shell, salt):
+    """Try the planes of some triangles that cut the cell."""
+    low, high, tried = scratch.low, scratch.high, scratch.tried
+    stride = (n + SAMPLE - 1) // SAMPLE
+    count = n // stride
+    best = np.inf
+    n_tried = 0
+    # Steps of nearly 0.618 n: the golden section spreads them over the list.
+    step = max(n * 61803 // 100000, 1)
+    rank = salt % n
+    for _ in range(min(n, ATTEMPTS)):
+        if n_tried == rule.candidates:
+            break
+        rank = (rank + step) % n
+        if not make_plane(corners, lists.triangle[begin + rank], OWN, tried):
+            continue
+        position, tried[3] = tried[3], 0.0
+        lowest, highest = measure_heights(room, row, tried)
+        if not lowest + MARGIN * shell < position < highest - MARGIN * shell:
+            continue
+        n_tried += 1
+        project(lists, begin, stride, count, tried, low, high)
+        n_below, n_above = count_sides(low, high, count, position, shell)
+        score = CUT * (n_below + n_above - count) + abs(n_below - n_above)
+        if score < best:
+            best = score
+            take_plane(scratch, position)
+    return best < np.inf

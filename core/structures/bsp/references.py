@@ -1,0 +1,141 @@
+"""What lies in a cell: triangles, each cut down to its part inside.
+
+A *reference* is one triangle in one cell, with the polygon that is left of it there. A plane sends
+a reference to the sides that its polygon reaches into by more than `shell`; one that does not, as
+it lies in the plane, goes below. A polygon that reaches into both is cut (Sutherland and Hodgman),
+so that no leaf lists a triangle for nothing.
+
+Rounding: a cut polygon is off by some units in the last place for each plane on the way from the
+root, sixty at most. The shell is larger, and walks know of it (:mod:`.storage`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernels import inner
+
+MOST_POLYGON_CORNERS = 3 + 61
+"""Every plane adds one."""
+
+
+class Lists(NamedTuple):
+    """The references of all cells that wait to be split, and the lists of leaves.
+
+    Attributes
+    ----------
+    triangle : (m,) int32
+    start : (m,) int64
+        First corner of the polygon in `points`.
+    size : (m,) int32
+        Number of its corners.
+    points : (p, 3) float64
+    listed : (l,) int32
+        Triangles of the leaves, leaf after leaf.
+    used : (3,) int64
+        How much is in use of the references, of `points` and of `listed`.
+    """
+
+    triangle: np.ndarray
+    start: np.ndarray
+    size: np.ndarray
+    points: np.ndarray
+    listed: np.ndarray
+    used: np.ndarray
+
+
+@inner
+def project(lists, begin, stride, count, plane, low, high):
+    """Write the least and largest position along a plane's normal of every `stride`-th polygon."""
+    points, a, b, c = lists.points, plane[0], plane[1], plane[2]
+    for i in range(count):
+        reference = begin + i * stride
+        start = lists.start[reference]
+        least, most = np.inf, -np.inf
+        for j in range(start, start + lists.size[reference]):
+            h = a * points[j, 0] + b * points[j, 1] + c * points[j, 2]
+            least = h if h < least else least
+            most = h if h > most else most
+        low[i], high[i] = least, most
+
+
+@inner
+def count_sides(low, high, count, position, shell):
+    """Return how many references a plane sends below, and how many above."""
+    n_above, n_only_above = 0, 0
+    for i in range(count):
+        is_above = high[i] > position + shell
+        n_above += is_above
+        n_only_above += is_above and low[i] >= position - shell
+    return count - n_only_above, n_above
+
+
+@inner
+def append_side(lists, begin, count, plane, sign, shell):
+    """Append the references of a cell's part above a plane, or below with sign -1; return how many.
+
+    There must be room for all references and one corner more for each.
+    """
+    points, triangle, start, size = lists.points, lists.triangle, lists.start, lists.size
+    first, place, corner = lists.used[0], lists.used[0], lists.used[1]
+    for reference in range(begin, begin + count):
+        this, n = start[reference], size[reference]
+        least, most = np.inf, -np.inf
+        for i in range(this, this + n):
+            h = plane[0] * points[i, 0] + plane[1] * points[i, 1] + plane[2] * points[i, 2]
+            h = sign * (h - plane[3])
+            least = h if h < least else least
+            most = h if h > most else most
+        is_in_plane = most <= shell and least >= -shell
+        if not (most > shell or (is_in_plane and sign < 0.0)):
+            continue
+        triangle[place], start[place] = triangle[reference], corner
+        is_cut = least < -shell
+        last = this + n - 1
+        before = 0.0
+        if is_cut:
+            h = plane[0] * points[last, 0] + plane[1] * points[last, 1] + plane[2] * points[last, 2]
+            before = sign * (h - plane[3])
+        for i in range(this, this + n):
+            here = 0.0
+            if is_cut:
+                h = plane[0] * points[i, 0] + plane[1] * points[i, 1] + plane[2] * points[i, 2]
+                here = sign * (h - plane[3])
+                if here * before < 0.0:
+                    # Always from the corner above to that below: both sides get the same point.
+                    share = here / (here - before)
+                    a, b = i, last
+                    if sign * here < 0.0:
+                        a, b = last, i
+                        share = before / (before - here)
+                    for axis in range(3):
+                        points[corner, axis] = points[a, axis] + share * (
+                            points[b, axis] - points[a, axis]
+                        )
+                    corner += 1
+            if here >= 0.0:
+                for axis in range(3):
+                    points[corner, axis] = points[i, axis]
+                corner += 1
+            last, before = i, here
+        size[place] = corner - start[place]
+        place += 1
+    lists.used[0], lists.used[1] = place, corner
+    return place - first
+
+
+@inner
+def move_references(lists, begin, count, place, corner):
+    """Move references and their polygons down to a place; return the end of the polygons."""
+    for reference in range(begin, begin + count):
+        this = lists.start[reference]
+        lists.triangle[place], lists.size[place] = lists.triangle[reference], lists.size[reference]
+        lists.start[place] = corner
+        for i in range(this, this + lists.size[place]):
+            for axis in range(3):
+                lists.points[corner, axis] = lists.points[i, axis]
+            corner += 1
+        place += 1
+    return corner

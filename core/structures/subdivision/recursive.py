@@ -1,0 +1,42 @@
+"""The recursive walk: depth-first with a stack, near children first (Gargantini, Atkinson)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...kernels import implements
+from ..contract import walk
+from ..steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
+from .tree import ROOT, enter_root, expand, leaf_index, pop, push
+from .walks import Best, Recursive, found, limit_of, visit_leaf
+
+
+@implements(walk, Recursive)
+def walk_recursive(structure, triangles, ray, number, workspace, log):
+    """Go on with the first child along the ray, put the others on a stack."""
+    tree = structure.tree
+    span, _, _ = enter_root(tree.box, ray, workspace.frame)
+    note(log, VOLUME_TEST, NONE, NONE, span.enter, span.enter)
+    best, inner, height = Best(np.inf, NONE, 0, 0, 0, 0), 0, 0
+    limit = ray.t_max
+    if span.enter < np.inf:
+        push(workspace, height, ROOT, span)
+        height = 1
+    while height > 0:
+        height -= 1
+        node, span = pop(workspace, height)
+        if span.enter > limit:
+            note(log, SKIP, node, NONE, span.enter, span.exit)
+            continue
+        index = leaf_index(tree, node)
+        while index < 0:
+            inner += 1
+            note(log, VISIT_INNER, node, NONE, span.enter, span.exit)
+            node, span, height = expand(tree, node, workspace, span, height)
+            index = leaf_index(tree, node)
+        best = visit_leaf(
+            structure, triangles, ray, number, workspace, log,
+            node, index, span.enter, max(span.enter, span.exit), best,
+        )  # fmt: skip
+        limit = limit_of(ray, best)
+    return found(best, inner)

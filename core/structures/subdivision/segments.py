@@ -1,0 +1,61 @@
+"""Preprocessing: one pass through the tree cuts the ray into segments, then these are processed.
+
+A segment is the piece of the ray within one leaf. A ray with more segments than there are rows for
+is cut piece by piece.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...kernels import implements
+from ..contract import walk
+from ..steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
+from .tree import NODE, ROOT, ROWS, enter_root, expand, leaf_index, pop, push
+from .walks import NOTHING, Segments, found, limit_of, visit_leaf
+
+ENTER, EXIT = 0, 1
+"""Columns of a segment, beside that of its leaf's node."""
+
+
+@implements(walk, Segments)
+def walk_segments(structure, triangles, ray, number, workspace, log):
+    """Cut the ray into segments, then process these one by one."""
+    tree, segments = structure.tree, workspace.rows
+    span, _, _ = enter_root(tree.box, ray, workspace.frame)
+    note(log, VOLUME_TEST, NONE, NONE, span.enter, span.enter)
+    best, inner, height = NOTHING, 0, 0
+    limit = ray.t_max
+    if span.enter < np.inf:
+        push(workspace, height, ROOT, span)
+        height = 1
+    while height > 0:
+        # Preprocessing: the tree is left with a list of segments.
+        count = 0
+        while height > 0 and count < ROWS:
+            height -= 1
+            node, span = pop(workspace, height)
+            if span.enter > limit:
+                note(log, SKIP, node, NONE, span.enter, span.exit)
+                continue
+            while leaf_index(tree, node) < 0:
+                inner += 1
+                note(log, VISIT_INNER, node, NONE, span.enter, span.exit)
+                node, span, height = expand(tree, node, workspace, span, height)
+            segments[count, ENTER] = span.enter
+            segments[count, EXIT] = max(span.enter, span.exit)
+            segments[count, NODE] = node
+            count += 1
+        # Processing: the list is all that is needed now.
+        for i in range(count):
+            enter, leave = segments[i, ENTER], segments[i, EXIT]
+            leaf = np.int64(segments[i, NODE])
+            if enter > limit:
+                note(log, SKIP, leaf, NONE, enter, leave)
+                continue
+            index = leaf_index(tree, leaf)
+            best = visit_leaf(
+                structure, triangles, ray, number, workspace, log, leaf, index, enter, leave, best
+            )
+            limit = limit_of(ray, best)
+    return found(best, inner)
