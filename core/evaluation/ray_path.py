@@ -24,7 +24,7 @@ from ..structures.steps import (
 )
 
 STAR_SIZE = 0.02
-"""Size of the marks of hits, as a share of the scene's diagonal."""
+"""Size of the marks of hits, as a share of the scene's diagonal; at most that of the triangle."""
 
 VISITS = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
 
@@ -193,9 +193,16 @@ def _triangles(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piec
     yield _sides(walk, np.unique(primitive[postponed])), palette.postponed
     nearest = np.flatnonzero(postponed | (kind == HIT))[-1:]
     yield _sides(walk, primitive[nearest]), palette.found
-    t, size = _up_to(steps.t_enter, event), STAR_SIZE * scene.diagonal
-    yield stars(walk.at(t[kind == HIT][-1:]), size), palette.found
-    yield stars(walk.at(t[postponed]), size), palette.postponed
+    for events, colour in (
+        (np.flatnonzero(kind == HIT)[-1:], palette.found),
+        (np.flatnonzero(postponed), palette.postponed),
+    ):
+        sides = (
+            scene.triangles[primitive[events]] - scene.triangles[primitive[events]][:, [1, 2, 0]]
+        )
+        longest = np.linalg.norm(sides, axis=2).max(axis=1, initial=0.0)
+        sizes = np.minimum(longest, STAR_SIZE * scene.diagonal)
+        yield stars(walk.at(_up_to(steps.t_enter, event)[events]), sizes), colour
 
 
 def _current(walk: Walk, event: int, palette: Palette) -> Iterator[Piece]:
