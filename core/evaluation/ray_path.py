@@ -23,8 +23,8 @@ from ..structures.steps import (
     Steps,
 )
 
-STAR_SIZE = 0.02
-"""Size of the marks of hits, as a share of the scene's diagonal; at most that of the triangle."""
+STAR_SIZE = 0.03
+"""Size of the marks of hits, as a share of the way to them; at most that of the triangle."""
 
 VISITS = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
 
@@ -197,12 +197,11 @@ def _triangles(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piec
         (np.flatnonzero(kind == HIT)[-1:], palette.found),
         (np.flatnonzero(postponed), palette.postponed),
     ):
-        sides = (
-            scene.triangles[primitive[events]] - scene.triangles[primitive[events]][:, [1, 2, 0]]
-        )
-        longest = np.linalg.norm(sides, axis=2).max(axis=1, initial=0.0)
-        sizes = np.minimum(longest, STAR_SIZE * scene.diagonal)
-        yield stars(walk.at(_up_to(steps.t_enter, event)[events]), sizes), colour
+        corners = scene.triangles[primitive[events]]
+        longest = np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(axis=1, initial=0.0)
+        points = walk.at(_up_to(steps.t_enter, event)[events])
+        way = np.linalg.norm(points - walk.rays.origins[walk.ray], axis=1)
+        yield stars(points, np.minimum(longest, STAR_SIZE * way)), colour
 
 
 def _current(walk: Walk, event: int, palette: Palette) -> Iterator[Piece]:
