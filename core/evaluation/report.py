@@ -117,6 +117,8 @@ FIGURES: tuple[Figure, ...] = (
     ("Per ray", "N_IT triangle tests", ("trace", "N_IT"), show_number),
     ("Per ray", "Volume tests", ("trace", "volume_tests"), show_number),
     ("Per ray", "Mailbox hits", ("trace", "mailbox_hits"), show_number),
+    ("Per ray", "Postponed hits", ("trace", "postponed_hits"), show_number),
+    ("Per ray", "Cells skipped", ("trace", "cells_skipped"), show_number),
 )
 """The figures a person sees, in reading order; the names are the record's own."""
 

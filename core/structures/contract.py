@@ -68,13 +68,15 @@ class Found(NamedTuple):
     """What the walk of one ray returns: the hit and the counters, in COUNTER_NAMES' order."""
 
     t: float
-    primitive: int
+    primitive: int | np.int64
     n_ts: int
     n_ets: int
     n_eets: int
     n_it: int
     volume_tests: int
     mailbox_hits: int
+    postponed_hits: int
+    cells_skipped: int
 
 
 class Workspace(NamedTuple):
@@ -263,6 +265,8 @@ def trace_range(structure, triangles, rays, first, last, workspace, log, t, prim
         counters[i, 3] = found.n_it
         counters[i, 4] = found.volume_tests
         counters[i, 5] = found.mailbox_hits
+        counters[i, 6] = found.postponed_hits
+        counters[i, 7] = found.cells_skipped
 
 
 class Structure(abc.ABC):

@@ -58,7 +58,7 @@ def walk_naive(structure, triangles, ray, number, workspace, log):
             note(log, HIT, 0, i, t, t)
             if ray.query == ANY:
                 break
-    return Found(best_t, best, 1, 1, 0, tests, 0, 0)
+    return Found(best_t, best, 1, 1, 0, tests, 0, 0, 0, 0)
 
 
 class Naive(Structure):

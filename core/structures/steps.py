@@ -32,6 +32,8 @@ POSTPONE = np.int64(7)
 """The nearest hit lies beyond the current cell: it is kept, not accepted yet."""
 SKIP = np.int64(8)
 """A cell on the stack is thrown away: a nearer hit was found meanwhile."""
+LEAP = np.int64(9)
+"""Empty cells behind the one just visited are passed in the same step; `primitive` is how many."""
 
 NONE = np.int64(-1)
 """In the place of a cell or primitive: there is none. Not the plain -1, for which Numba would
@@ -39,14 +41,18 @@ compile :func:`note` once more."""
 
 KIND_NAMES = (
     "visit inner", "visit leaf", "visit empty", "volume test", "test", "mailbox", "hit",
-    "postpone", "skip",
+    "postpone", "skip", "leap",
 )  # fmt: skip
 
-COUNTER_NAMES = ("N_TS", "N_ETS", "N_EETS", "N_IT", "volume_tests", "mailbox_hits")
+COUNTER_NAMES = (
+    "N_TS", "N_ETS", "N_EETS", "N_IT", "volume_tests", "mailbox_hits", "postponed_hits",
+    "cells_skipped",
+)  # fmt: skip
 """Counters of one ray, in the order of their columns.
 
 N_TS traversal steps (cells entered), N_ETS elementary cells or leaves among them, N_EETS empty
-ones among those, N_IT primitive tests, bounding volume tests, tests saved by the mailbox.
+ones among those, N_IT primitive tests, bounding volume tests, tests saved by the mailbox, hits
+postponed since they lay beyond the cell, steps saved by macro-cells.
 """
 
 # Columns of the log.
@@ -89,11 +95,11 @@ class Steps:
     Attributes
     ----------
     kind : (n,) int32
-        One of VISIT_INNER ... SKIP.
+        One of VISIT_INNER ... LEAP.
     cell : (n,) int32
         Cell or node number, as in :class:`.contract.Cells`; -1 where there is none.
     primitive : (n,) int32
-        Triangle index in the scene; -1 where there is none.
+        Triangle index in the scene; -1 where there is none. For LEAP the number of cells.
     t_enter, t_exit : (n,) float64
         Ray parameters: of the cell for visits, of the hit for tests (inf for a miss).
     """
@@ -123,6 +129,7 @@ class Steps:
         leaves = int(n[VISIT_LEAF] + n[VISIT_EMPTY])
         values = (
             int(n[VISIT_INNER]) + leaves, leaves, int(n[VISIT_EMPTY]),
-            int(n[TEST]), int(n[VOLUME_TEST]), int(n[MAILBOX]),
+            int(n[TEST]), int(n[VOLUME_TEST]), int(n[MAILBOX]), int(n[POSTPONE]),
+            int(self.primitive[self.kind == LEAP].sum()),
         )  # fmt: skip
         return dict(zip(COUNTER_NAMES, values, strict=True))

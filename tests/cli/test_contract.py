@@ -73,6 +73,8 @@ def test_a_record_has_the_keys_of_the_contract(evaluate):
         "statistics.sah_constants", "trace.seconds", "trace.rays_per_second", "trace.hits",
         "trace.N_TS", "trace.N_ETS", "trace.N_EETS", "trace.N_IT", "trace.volume_tests",
         "trace.mailbox_hits",
+        "trace.postponed_hits",
+        "trace.cells_skipped",
     }  # fmt: skip
     assert promised <= keys_of(record)
     assert set(record) == {"scene", "structure", "rays", "build", "statistics", "trace"}

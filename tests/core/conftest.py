@@ -211,8 +211,8 @@ def wall_rays(structure, n, seed=2):
     rng = np.random.default_rng(seed)
     boxes = structure.cells().boxes
     corners = boxes.reshape(-1, 2, 3)
-    if hasattr(structure.arrays, "cell_size"):  # where the grid's kernels see the walls
-        shift = structure.arrays.origin - boxes[:, :3].min(axis=0)
+    if hasattr(structure.arrays, "walls"):  # where the grid's kernels see them
+        shift = structure.arrays.walls[:, 0] - boxes[:, :3].min(axis=0)
         corners = np.concatenate([corners, corners + shift])
 
     def points():

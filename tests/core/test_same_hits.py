@@ -9,7 +9,7 @@ from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, ULPS, Rays
 
 def promised(name, text, names, lab):
     """Mask of the rays that a structure promises to get right."""
-    if name == "grid" and "overlap=open" in text:
+    if name in ("grid", "macro_grid") and "overlap=open" in text:
         return np.isin(names, lab.GENERIC)
     return np.ones(len(names), dtype=bool)
 
@@ -32,7 +32,7 @@ def test_hits_are_those_of_brute_force(lab, build, variant, scene_name):
 
 def test_rays_in_walls_of_cells(lab, build, variant, scene_name):
     name, text = variant
-    if name == "grid" and "overlap=open" in text:
+    if name in ("grid", "macro_grid") and "overlap=open" in text:
         pytest.skip("an open grid may lose rays that run exactly in walls")
     scene = lab.small_scene(scene_name)
     structure = build(name, scene, text)
@@ -60,15 +60,16 @@ def test_a_ray_that_ends_at_its_hit_has_it_and_one_that_ends_before_has_not(lab,
         assert (hits.primitive[ends][nearer] == -1).all()
 
 
-def test_grid_keeps_rays_whose_inverse_direction_overflows(lab, build, scene_name):
+@pytest.mark.parametrize("name", ["grid", "macro_grid"])
+def test_grid_keeps_rays_whose_inverse_direction_overflows(lab, build, scene_name, name):
     """Beside a wall, such a ray gave 0 * inf for the crossing of that wall."""
     scene = lab.small_scene(scene_name)
-    grid = build("grid", scene, "resolution=6x6x6")
+    grid = build(name, scene, "resolution=6x6x6")
     reach = np.abs([scene.lower, scene.upper]).max(axis=0)
     rng = np.random.default_rng(5)
     origins, directions = [], []
     for axis in range(3):
-        for place, sign in itertools.product(grid._walls(axis)[1:-1], (1.0, -1.0)):
+        for place, sign in itertools.product(grid.walls(axis)[1:-1], (1.0, -1.0)):
             # Origins that the ray's own slack moves exactly onto the wall.
             o = place - sign * ULPS * (abs(place) + reach[axis])
             near = o + np.arange(-8, 9) * np.spacing(o)

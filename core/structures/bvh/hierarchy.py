@@ -129,7 +129,7 @@ def walk_bvh(structure, triangles, ray, number, workspace, log):
             if not searching:
                 note(log, SKIP, node, -1, t, limit)
 
-    return Found(best_t, best, nodes_visited, leaves_visited, 0, tests, volume_tests, 0)
+    return Found(best_t, best, nodes_visited, leaves_visited, 0, tests, volume_tests, 0, 0, 0)
 
 
 # ------------------------------------------------------------------------------- the structure

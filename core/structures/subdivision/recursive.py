@@ -8,7 +8,7 @@ from ...kernels import implements
 from ..contract import walk
 from ..steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
 from .tree import ROOT, enter_root, expand, leaf_index, pop, push
-from .walks import Best, Recursive, found, limit_of, visit_leaf
+from .walks import NOTHING, Recursive, found, limit_of, visit_leaf
 
 
 @implements(walk, Recursive)
@@ -17,7 +17,7 @@ def walk_recursive(structure, triangles, ray, number, workspace, log):
     tree = structure.tree
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
     note(log, VOLUME_TEST, NONE, NONE, span.enter, span.enter)
-    best, inner, height = Best(np.inf, NONE, 0, 0, 0, 0), 0, 0
+    best, inner, height = NOTHING, 0, 0
     limit = ray.t_max
     if span.enter < np.inf:
         push(workspace, height, ROOT, span)

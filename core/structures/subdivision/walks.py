@@ -107,7 +107,7 @@ WALKS = {
 
 
 class Best(NamedTuple):
-    """The nearest hit so far, and what it took: leaves, empty ones, tests and mailbox hits."""
+    """The nearest hit so far, and the counters: leaves, empty ones, tests, mailbox, postponed."""
 
     t: float
     primitive: int
@@ -115,9 +115,10 @@ class Best(NamedTuple):
     empty: int
     tests: int
     saved: int
+    postponed: int
 
 
-NOTHING = Best(np.inf, NONE, 0, 0, 0, 0)
+NOTHING = Best(np.inf, NONE, 0, 0, 0, 0, 0)
 """Before the first leaf."""
 
 
@@ -127,7 +128,7 @@ def visit_leaf(structure, triangles, ray, number, workspace, log, node, index, e
     tree = structure.tree
     begin, end = tree.offsets[index], tree.offsets[index + 1]
     best_t, primitive, empty = best.t, best.primitive, best.empty
-    tests, saved = best.tests, best.saved
+    tests, saved, postponed = best.tests, best.saved, best.postponed
     if begin == end:
         empty += 1
         note(log, VISIT_EMPTY, node, NONE, enter, leave)
@@ -146,8 +147,10 @@ def visit_leaf(structure, triangles, ray, number, workspace, log, node, index, e
         note(log, TEST, node, n, t, t)
         if t <= ray.t_max and (t < best_t or (t == best_t and n < primitive)):
             best_t, primitive = t, n
-            note(log, HIT if t < leave else POSTPONE, node, n, t, t)
-    return Best(best_t, primitive, best.leaves + 1, empty, tests, saved)
+            is_later = t >= leave
+            postponed += is_later
+            note(log, POSTPONE if is_later else HIT, node, n, t, t)
+    return Best(best_t, primitive, best.leaves + 1, empty, tests, saved, postponed)
 
 
 @inlined
@@ -163,5 +166,5 @@ def found(best, inner):
     """Return the answer of a walk that has entered so many inner nodes."""
     return Found(
         best.t, best.primitive, inner + best.leaves, best.leaves, best.empty, best.tests, 1,
-        best.saved,
+        best.saved, best.postponed, 0,
     )  # fmt: skip

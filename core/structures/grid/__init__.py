@@ -1,0 +1,267 @@
+"""Uniform grid, walked by a 3D DDA.
+
+The scene's box is cut into nx * ny * nz equal cells; each cell lists the triangles that overlap it
+(:mod:`.cells`). A ray enters at a cell and steps from wall to wall (:mod:`.dda`).
+
+A. Woo: Ray Tracing Polygons Using Spatial Subdivision, Graphics Interface 1992 (resolution).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...geometry.box import boxes_of, surface_area
+from ...geometry.triangle import Triangles, triangles_of
+from ...memory import refuse_if_too_large
+from ...progress import SILENT, Progress
+from ...scene import Scene
+from ...settings import setting
+from ..cells import Cells
+from ..contract import Statistics, Structure, intersection_cost, traversal_cost
+from . import dda as dda  # registers the walk
+from .cells import GridArrays, fill_cells, hair_and_touch
+
+BYTES_PER_CELL = 64
+"""Per cell: its offset, and what the figures of all cells take for a moment."""
+
+BYTES_PER_WALL = 24
+"""Per cell along the axis that has most."""
+
+
+@dataclass(frozen=True)
+class GridSettings:
+    """Settings of the uniform grid."""
+
+    resolution: tuple[int, int, int] = setting(
+        (0, 0, 0),
+        "Resolution",
+        "Cells along x, y and z; 0 leaves it to the rule",
+        unit="cells",
+        minimum=0,
+        unset="auto",
+    )
+    rule: str = setting(
+        "woo",
+        "Rule",
+        "How the resolution follows from the number of triangles N and the density D",
+        choices={
+            "regular": "n = (D N)^(1/3) along every axis",
+            "woo": "Near-cubic cells: (D N)^(1/3) along the longest axis, fewer along the others",
+            "heterogeneous": "Cubic cells, D N of them in all (Klimaszewski)",
+        },
+    )
+    density: float = setting(
+        3.0, "Density", "Cells per triangle that the rule aims at", minimum=1e-6, maximum=1e6
+    )
+    padding: float = setting(
+        0.001,
+        "Padding",
+        "Enlargement of the scene's box on each side, as a share of its size",
+        minimum=0.0,
+        maximum=10.0,
+    )
+    overlap: str = setting(
+        "closed",
+        "Overlap",
+        "Whether a triangle that only touches a cell's wall belongs to that cell",
+        choices={
+            "closed": "A triangle that reaches up to a wall also belongs to the cell above it",
+            "open": "Only a true overlap counts; a ray that runs exactly in a wall may miss it",
+        },
+    )
+    assignment: str = setting(
+        "box",
+        "Assignment",
+        "What is compared with a cell",
+        choices={"box": "The triangle's bounding box", "exact": "The triangle itself"},
+    )
+    mailbox: bool = setting(False, "Mailbox", "Test a triangle at most once per ray")
+    C_trav: float = traversal_cost()
+    C_isect: float = intersection_cost()
+
+
+def resolution_by_rule(size: np.ndarray, count: int, rule: str, density: float) -> np.ndarray:
+    """Return the resolution (3,) that a rule gives for a box of `size` with `count` triangles."""
+    cells = density * count
+    if rule == "regular":
+        wanted = np.full(3, cells ** (1 / 3))
+    elif rule == "woo":
+        wanted = size / size.max() * cells ** (1 / 3)
+    else:
+        # A flat side would ask for infinitely many cells along the others.
+        x, y, z = np.maximum(size, 1e-6 * size.max())
+        nx = np.floor((cells * x * x / (y * z)) ** (1 / 3) + 0.5)
+        ny = np.floor(np.sqrt(cells * y / (max(nx, 1) * z)) + 0.5)
+        nz = np.floor(cells / (max(nx, 1) * max(ny, 1)) + 0.5)
+        wanted = np.array([nx, ny, nz])
+    return np.maximum(np.floor(wanted), 1)
+
+
+class Grid(Structure):
+    """Uniform subdivision of space."""
+
+    name = "grid"
+    label = "Uniform Grid"
+    summary = "Equal cells in CSR lists, walked by a 3D DDA"
+    Settings = GridSettings
+
+    arrays: GridArrays
+
+    @property
+    def has_mailbox(self) -> bool:  # type: ignore[override]
+        """Whether the walk needs a mailbox."""
+        return self.settings.mailbox
+
+    @staticmethod
+    def _plan(scene: Scene, settings: GridSettings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the lower and upper corner of the grid and its resolution (float), (3,) each."""
+        size = scene.upper - scene.lower
+        margin = settings.padding * size
+        # A flat scene gets some thickness: a cell of zero volume has no inside to walk through.
+        margin = np.where(size > 0.0, margin, max(settings.padding, 1e-6) * size.max())
+        lower, upper = scene.lower - margin, scene.upper + margin
+        given = np.array(settings.resolution)
+        by_rule = resolution_by_rule(upper - lower, len(scene), settings.rule, settings.density)
+        return lower, upper, np.where(given > 0, given, by_rule)
+
+    @classmethod
+    def refuse_too_large(cls, scene: Scene, settings: GridSettings) -> None:
+        """Refuse a resolution whose cells do not fit, with the arrays their figures need."""
+        _, _, resolution = cls._plan(scene, settings)
+        n_cells = float(np.prod(resolution))
+        words = "x".join(f"{n:.0f}" for n in resolution)
+        bytes_per_cell = BYTES_PER_CELL + cls.more_bytes_per_cell(settings)
+        refuse_if_too_large(
+            int(bytes_per_cell * n_cells + BYTES_PER_WALL * resolution.max()),
+            f"a grid of {words} = {n_cells:.3g} cells",
+            "lower the resolution",
+        )
+
+    @staticmethod
+    def more_bytes_per_cell(settings: GridSettings) -> int:
+        """Return what a kind of grid keeps for every cell beside its list."""
+        return 0
+
+    @classmethod
+    def fill(
+        cls, scene: Scene, settings: GridSettings, progress: Progress
+    ) -> tuple[GridArrays, Triangles]:
+        """Cut the scene's box into cells, and list the triangles in each.
+
+        Raises
+        ------
+        InputError
+            When the settings ask for more memory than there is.
+        Cancelled
+            From `progress`.
+        """
+        cls.refuse_too_large(scene, settings)
+        lower, upper, resolution = cls._plan(scene, settings)
+        triangles = triangles_of(scene)
+        grid = fill_cells(
+            scene, triangles, lower, upper, resolution.astype(np.int64),
+            is_open=settings.overlap == "open", is_exact=settings.assignment == "exact",
+            mailbox=settings.mailbox, progress=progress,
+        )  # fmt: skip
+        return grid, triangles
+
+    @classmethod
+    def build(cls, scene: Scene, settings: GridSettings, progress: Progress = SILENT) -> Grid:
+        """Fill the cells; there is nothing else to do."""
+        return cls(scene, settings, *cls.fill(scene, settings, progress))
+
+    def _counts(self) -> np.ndarray:
+        """Return the references per cell, (n_cells,) int64."""
+        return np.diff(self.arrays.offsets)
+
+    def cells(self) -> Cells:
+        """Return all cells; their number is that of the step log."""
+        box, size, resolution = self.arrays.box, self.arrays.cell_size, self.arrays.resolution
+        counts = self._counts()
+        refuse_if_too_large(
+            len(counts) * 160, f"listing {len(counts)} cells", "lower the resolution"
+        )
+        index = np.stack(np.unravel_index(np.arange(len(counts)), tuple(resolution)), axis=1)
+        lower = box[0, :3] + index * size
+        upper = box[0, :3] + (index + 1) * size
+        return Cells(
+            np.concatenate([lower, upper], axis=1), np.arange(len(counts), dtype=np.int32),
+            np.zeros(len(counts), dtype=np.int32), np.ones(len(counts), dtype=bool),
+            counts.astype(np.int32),
+        )  # fmt: skip
+
+    def statistics(self) -> Statistics:
+        """Return the figures; a grid has no inner nodes, so C_trav does not enter its SAH."""
+        counts = self._counts()
+        area = surface_area(np.concatenate([np.zeros(3), self.arrays.cell_size]))
+        return Statistics.of_cells(
+            np.full(len(counts), area), np.ones(len(counts), dtype=bool), counts,
+            np.zeros(len(counts), dtype=np.int64), float(surface_area(self.arrays.box)[0]),
+            self.settings.C_trav, self.settings.C_isect,
+            {"resolution": self.arrays.resolution.tolist()},
+        )  # fmt: skip
+
+    def validate(self) -> list[str]:
+        """Check the lists, and that every cell lists what overlaps it.
+
+        With exact assignment the latter is checked at the triangles' corners only.
+        """
+        violations = []
+        offsets, references = self.arrays.offsets, self.arrays.references
+        if offsets[0] != 0 or offsets[-1] != len(references) or (np.diff(offsets) < 0).any():
+            violations.append("cell offsets do not partition the references")
+            return violations
+        if len(np.unique(references)) != len(self.scene):
+            violations.append("a triangle is in no cell")
+        cell_of = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+        same = cell_of[1:] == cell_of[:-1]
+        if (np.diff(references)[same] <= 0).any():
+            violations.append("a cell lists a triangle twice or out of order")
+        low, high = self._spans()
+        i, j, k = np.unravel_index(cell_of, tuple(self.arrays.resolution))
+        index = np.stack([i, j, k], axis=1)
+        if (index < low[references]).any() or (index > high[references]).any():
+            violations.append("a cell lists a triangle whose box lies outside it")
+        listed = np.bincount(references, minlength=len(self.scene))
+        overlapped = np.prod(high - low + 1, axis=1)
+        if self.settings.assignment == "box" and (listed < overlapped).any():
+            violations.append("a cell does not list a triangle whose box overlaps it")
+        corners = self._cells_of_corners()
+        pairs = corners * len(self.scene) + np.arange(len(self.scene))[:, None]
+        if not np.isin(pairs, cell_of * len(self.scene) + references).all():
+            violations.append("a triangle is not listed by the cell of one of its corners")
+        return violations
+
+    def walls(self, axis: int) -> np.ndarray:
+        """Return the coordinates of all walls of an axis, (n + 1,) float64."""
+        return self.arrays.walls[axis, : self.arrays.resolution[axis] + 1]
+
+    def _cells_at(self, axis: int, x: np.ndarray) -> np.ndarray:
+        """Return the cells of coordinates along an axis, found by searching the walls."""
+        found = np.searchsorted(self.walls(axis), x, side="right") - 1
+        return np.clip(found, 0, self.arrays.resolution[axis] - 1)
+
+    def _spans(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the first and last cell per axis that each triangle's box overlaps, (n, 3)."""
+        boxes = boxes_of(self.scene.triangles)
+        box = self.arrays.box[0]
+        hair, touch = hair_and_touch(box[:3], box[3:], self.scene)
+        low = np.stack([self._cells_at(a, boxes[:, a] - touch[a]) for a in range(3)], axis=1)
+        top = boxes[:, 3:] + touch - 2.0 * hair * (self.settings.overlap == "open")
+        high = np.stack([self._cells_at(a, top[:, a]) for a in range(3)], axis=1)
+        return low, np.maximum(low, high)
+
+    def _cells_of_corners(self) -> np.ndarray:
+        """Return the cell of every triangle's corners, (n, 3), within the span of its box."""
+        low, high = self._spans()
+        index = np.stack(
+            [self._cells_at(axis, self.scene.triangles[:, :, axis]) for axis in range(3)], axis=2
+        )
+        index = np.clip(index, low[:, None], high[:, None])
+        _, ny, nz = self.arrays.resolution
+        return (index[..., 0] * ny + index[..., 1]) * nz + index[..., 2]
+
+
+STRUCTURE = Grid

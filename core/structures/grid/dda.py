@@ -1,0 +1,247 @@
+"""Grid traversal (3D DDA): from cell to cell through the nearest wall.
+
+A ray meets three systems of parallel walls. In a cell [i, j, k] the walk knows the t at which the
+next wall of each system is crossed, the lecture's Lx, Ly, Lz, and leaves through the nearest of the
+three. The lecture subtracts the step from Lx, Ly, Lz each time; here the t of the next wall is
+computed from its integer index, so no error builds up.
+
+Walls are crossed in the order of their t; of several at the same t first that in x, then in y, then
+in z. Rounding is monotonic, so from one cell to the next no t ever falls.
+
+A triangle that spans several cells is met several times. The mailbox remembers the last ray that
+tested it. A hit beyond the current cell is postponed: something nearer may wait in between, so it
+is kept and only accepted once the walk has reached its cell.
+
+J. Amanatides, A. Woo: A Fast Voxel Traversal Algorithm for Ray Tracing, Eurographics 1987.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...geometry.box import MISS, enter_box
+from ...geometry.rays import ALL, ANY
+from ...geometry.triangle import intersect
+from ...kernels import implements, inlined, inner
+from ..contract import Found, walk
+from ..steps import HIT, MAILBOX, POSTPONE, TEST, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
+from .cells import GridArrays, cell_at
+
+X, Y, Z = np.int64(0), np.int64(1), np.int64(2)
+"""The axes; of one type, so that what takes an axis is compiled once."""
+
+NOT_YET, ALREADY = np.bool_(False), np.bool_(True)
+"""Whether a wall that is crossed at this very t has been crossed: the axis's turn comes later."""
+
+FOREVER = np.finfo(np.float64).max
+"""The last t of all. A wall that is never crossed comes later, at infinity."""
+
+
+class Way(NamedTuple):
+    """One ray along one axis: what does not change from cell to cell.
+
+    Attributes
+    ----------
+    walls : (m,) float64
+        The walls of this axis.
+    per_length : float
+        Cells per unit of length.
+    o, d, inverse : float
+        Origin, direction, and 1 / direction. The origin is moved by the ray's slack, so that the t
+        of a wall is the earliest it can have: what lies behind the wall is not hit before it.
+    step : int
+        To the next cell: 1 or -1.
+    ahead : int
+        Which wall of a cell the ray leaves through: 0 the lower, 1 the upper.
+    begin, end : int
+        The first cell on the way, and the first one that is no longer in the grid.
+    """
+
+    walls: np.ndarray
+    per_length: float
+    o: float
+    d: float
+    inverse: float
+    step: int
+    ahead: int
+    begin: int
+    end: int
+
+
+class Place(NamedTuple):
+    """Where a walk is: its cell [i, j, k], and the t of the next wall of each system."""
+
+    i: int
+    j: int
+    k: int
+    wall_x: float
+    wall_y: float
+    wall_z: float
+
+
+@inner
+def way_along(grid, axis, low, high, d, inverse):
+    """Return the way of a ray along an axis; `low` and `high` are its origins moved by slack."""
+    count = grid.resolution[axis]
+    walls, per_length = grid.walls[axis], 1.0 / grid.cell_size[axis]
+    if d > 0.0:
+        return Way(walls, per_length, low, d, inverse, 1, 1, 0, count)
+    return Way(walls, per_length, high, d, inverse, -1, 0, count - 1, -1)
+
+
+@inner
+def wall_t(way, i):
+    """Return the t at which the ray leaves cell i, inf if it never does.
+
+    A direction whose inverse overflows crosses no wall.
+    """
+    if np.isinf(way.inverse):
+        return np.inf
+    return (way.walls[i + way.ahead] - way.o) * way.inverse
+
+
+@inner
+def cell_when(way, first, last, t, with_ties):
+    """Return the cell that a walk is in at t, from `first` to `last` in the order of the way.
+
+    `with_ties` says whether a wall that is crossed at this very t has been crossed already.
+    """
+    position = (way.o + t * way.d - way.walls[0]) * way.per_length
+    i = int(min(max(position, min(first, last) + 0.0), max(first, last) + 0.0))
+    # The position is rounded; the t of walls decide.
+    while i != first:
+        crossing = wall_t(way, i - way.step)
+        if crossing < t or (crossing == t and with_ties):
+            break
+        i -= way.step
+    while i != last:
+        crossing = wall_t(way, i)
+        if crossing > t or (crossing == t and not with_ties):
+            break
+        i += way.step
+    return i
+
+
+@inner
+def first_cell(way, t):
+    """Return the cell along one axis in which a ray enters the grid at t."""
+    count = abs(way.end - way.begin)
+    if np.isinf(way.inverse):
+        return cell_at(way.walls, 1.0 / way.per_length, count, way.o)
+    return cell_when(way, way.begin, way.end - way.step, t, NOT_YET)
+
+
+@inlined
+def place_in(x, y, z, i, j, k):
+    """Return the place of a walk in cell [i, j, k]."""
+    return Place(i, j, k, wall_t(x, i), wall_t(y, j), wall_t(z, k))
+
+
+@inlined
+def next_place(x, y, z, place, t_exit):
+    """Return the place behind the wall that is crossed at `t_exit`, of several the first."""
+    through_x = place.wall_x == t_exit
+    through_y = place.wall_y == t_exit and not through_x
+    # Without a branch: which wall comes next cannot be foreseen, a wrong guess costs more than
+    # all three walls.
+    i = place.i + (x.step if through_x else 0)
+    j = place.j + (y.step if through_y else 0)
+    k = place.k + (0 if through_x or through_y else z.step)
+    return place_in(x, y, z, i, j, k)
+
+
+@inlined
+def is_outside(x, y, z, place):
+    """Say whether a walk has left the grid."""
+    return place.i == x.end or place.j == y.end or place.k == z.end
+
+
+@inlined
+def end_of_walk(ray, best_t, best):
+    """Return the t up to which walls are crossed: a cell that the ray leaves later is the last."""
+    if ray.query == ALL:
+        return min(ray.t_max, FOREVER)
+    if ray.query == ANY and best >= 0:
+        return -np.inf
+    # The hit must lie in the current cell. One exactly on the wall waits for the next cell,
+    # which may hold a triangle of lower id at the same t.
+    return min(best_t, ray.t_max, FOREVER)
+
+
+@inlined
+def test_cell(grid, triangles, ray, number, workspace, log, cell, t, t_exit, best_t, best):
+    """Test the triangles of a cell that the ray is in from t to `t_exit`.
+
+    Returns
+    -------
+    best_t, best : float, int
+        The nearest hit so far, of those given and those found.
+    tests, mailbox_hits, postponed : int
+        In this cell.
+    """
+    tests, mailbox_hits, postponed = 0, 0, 0
+    for slot in range(grid.offsets[cell], grid.offsets[cell + 1]):
+        n = np.int64(grid.references[slot])
+        if grid.mailbox:
+            if workspace.mailbox[n] == number:
+                mailbox_hits += 1
+                note(log, MAILBOX, cell, n, t, t_exit)
+                continue
+            workspace.mailbox[n] = number
+        hit_t = intersect(triangles, n, ray)
+        tests += 1
+        note(log, TEST, cell, n, hit_t, hit_t)
+        if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
+            best_t, best = hit_t, n
+            is_later = hit_t > t_exit
+            postponed += is_later
+            note(log, POSTPONE if is_later else HIT, cell, n, hit_t, hit_t)
+    return best_t, best, tests, mailbox_hits, postponed
+
+
+@implements(walk, GridArrays)
+def walk_grid(structure, triangles, ray, number, workspace, log):
+    """Step from cell to cell until the nearest hit lies before the next wall."""
+    best_t, best = np.inf, np.int64(-1)  # of one type from the start: test_cell is compiled once
+    cells_visited, empty_visited, tests, mailbox_hits, postponed = 0, 0, 0, 0, 0
+
+    t = enter_box(structure.box, 0, ray, ray.t_max)
+    note(log, VOLUME_TEST, -1, -1, t, t)
+    if t == MISS:
+        return Found(best_t, best, 0, 0, 0, 0, 1, 0, 0, 0)
+
+    ny, nz = structure.resolution[1], structure.resolution[2]
+    x = way_along(structure, X, ray.low_x, ray.high_x, ray.dx, ray.ix)
+    y = way_along(structure, Y, ray.low_y, ray.high_y, ray.dy, ray.iy)
+    z = way_along(structure, Z, ray.low_z, ray.high_z, ray.dz, ray.iz)
+    place = place_in(x, y, z, first_cell(x, t), first_cell(y, t), first_cell(z, t))
+    t_last = end_of_walk(ray, best_t, best)
+    while True:
+        cell = (place.i * ny + place.j) * nz + place.k
+        t_exit = min(place.wall_x, place.wall_y, place.wall_z)
+        cells_visited += 1
+        if structure.offsets[cell] == structure.offsets[cell + 1]:
+            empty_visited += 1
+            note(log, VISIT_EMPTY, cell, -1, t, t_exit)
+        else:
+            note(log, VISIT_LEAF, cell, -1, t, t_exit)
+            best_t, best, tested, known, later = test_cell(
+                structure, triangles, ray, number, workspace, log, cell, t, t_exit, best_t, best
+            )
+            tests += tested
+            mailbox_hits += known
+            postponed += later
+            t_last = end_of_walk(ray, best_t, best)
+        if t_exit > t_last:
+            break
+        t = t_exit
+        place = next_place(x, y, z, place, t_exit)
+        if is_outside(x, y, z, place):
+            break
+
+    return Found(
+        best_t, best, cells_visited, cells_visited, empty_visited, tests, 1, mailbox_hits,
+        postponed, 0,
+    )  # fmt: skip
