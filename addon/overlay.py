@@ -31,10 +31,10 @@ PATH_WIDTH = 2.0
 HIDDEN_OPACITY = 0.25
 """Opacity of those parts of paths that lie behind something."""
 
-TINT_COVER = 0.75
+TINT_COVER = 0.6
 """Share of the view that tinted empty leaves cover together, at full opacity."""
 
-PLANE_COVER = 0.5
+PLANE_COVER = 0.4
 """Share of the view that planes cover together, at full opacity."""
 
 

@@ -126,6 +126,10 @@ def shown_text(cells: Cells, sections: Sections, display: Any) -> str:
     text = f"showing {spaced(shown)} of {spaced(sections.total)} cells"
     if shown < wanted or len(sections.order) < sections.total:
         text += f" (at most {spaced(MAXIMUM_DRAWN)} are drawn)"
+    if display.tint_empty and int(is_empty(cells).sum()) > MAXIMUM_FILLED:
+        text += f", tinting {spaced(MAXIMUM_FILLED)}"
+    if display.planes and cells.planes is not None and len(cells.planes.owners) > MAXIMUM_FILLED:
+        text += f", with {spaced(MAXIMUM_FILLED)} planes"
     return text
 
 

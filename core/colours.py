@@ -76,7 +76,8 @@ def face_opacity(area: float, around: float, cover: float) -> float:
     """Return the opacity of translucent faces that gives any number of them an even impression.
 
     A random line through a convex body of surface `around` meets 2 A / around of the faces within
-    that have the area A (Cauchy, Crofton). Their covers add up like 1 - (1 - a)^k.
+    that have the area A (Cauchy, Crofton). Their covers add up like 1 - (1 - a)^k. The least is
+    what is still drawn in its colour by a screen with eight bits.
     """
     met = max(2.0 * area / around, 1.0) if around > 0.0 else 1.0
-    return 1.0 - (1.0 - min(cover, 0.999)) ** (1.0 / met)
+    return max(1.0 - (1.0 - min(cover, 0.999)) ** (1.0 / met), 3.0 / 255.0)

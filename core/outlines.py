@@ -184,10 +184,10 @@ def _joined(polygons: Polygons, boxes: np.ndarray) -> Wires:
 # ----------------------------------------------------------------------------------------- marks
 
 
-def stars(points: np.ndarray, size: float) -> np.ndarray:
+def stars(points: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Return marks of three crossing lines at points (n, 3), as segments (3 n, 2, 3)."""
-    arms = 0.5 * size * np.eye(3)
-    return (points[:, None, None] + np.stack([-arms, arms], axis=1)).reshape(-1, 2, 3)
+    arms = 0.5 * sizes[:, None, None, None] * np.stack([-np.eye(3), np.eye(3)], axis=1)
+    return (points[:, None, None] + arms).reshape(-1, 2, 3)
 
 
 def arrows(segments: np.ndarray) -> np.ndarray:

@@ -25,10 +25,10 @@ from .view import View
 MOST_CELLS = 20_000
 """Cells in one picture; more of them are a grey mass."""
 
-MOST_TINTED = 2_000
+MOST_TINTED = 40_000
 """Empty leaves tinted in one picture: the largest."""
 
-TINT_COVER, PLANE_COVER = 0.6, 0.35
+TINT_COVER, PLANE_COVER = 0.45, 0.35
 """Share of the view that tinted empty leaves, and planes, cover together."""
 
 SNAPSHOTS = (1 / 16, 1 / 4)
@@ -38,7 +38,7 @@ CANDIDATES = 32
 """Rays of which one is shown."""
 
 LEGIBLE = 0.03
-"""Size from which a cell is told apart from its neighbours, as a share of the scene's diagonal."""
+"""Size from which a cell is told apart from its neighbours, as a share of the picture's width."""
 
 
 def shown_levels(cells: Cells) -> int:
@@ -156,11 +156,10 @@ def picture_of_building(view: View, cells: Cells, share: float) -> tuple[str, np
 
 def picture_of_ray(view: View, structure: Structure, cells: Cells) -> tuple[str, np.ndarray]:
     """Return caption and image of the walk of one ray."""
-    rays = crossing_rays(view, structure)
+    rays, widths = crossing_rays(view, structure)
     hits, _ = structure.trace(rays)
-    size = np.linalg.norm(cells.boxes[:, 3:] - cells.boxes[:, :3], axis=1)
-    is_legible = np.zeros(int(cells.numbers.max()) + 1, dtype=bool)
-    is_legible[cells.numbers] = cells.is_leaf & (size > LEGIBLE * structure.scene.diagonal)
+    sizes = np.zeros(int(cells.numbers.max()) + 1)
+    sizes[cells.numbers] = np.linalg.norm(cells.boxes[:, 3:] - cells.boxes[:, :3], axis=1)
     walks = [
         Walk(structure, cells, rays, i, float(t), structure.record(rays, i))
         for i, t in enumerate(hits.t)
@@ -169,7 +168,8 @@ def picture_of_ray(view: View, structure: Structure, cells: Cells) -> tuple[str,
     def worth(walk: Walk) -> tuple[bool, int, int]:
         """Rate a ray that hits above one that does not, then one through many large leaves."""
         entered = walk.steps.cell[np.isin(walk.steps.kind, (VISIT_LEAF, VISIT_EMPTY))]
-        return bool(np.isfinite(walk.t_hit)), int(is_legible[entered].sum()), -len(walk.steps)
+        legible = LEGIBLE * widths[walk.ray] < sizes[entered]
+        return bool(np.isfinite(walk.t_hit)), int(legible.sum()), -len(walk.steps)
 
     walk = max(walks, key=worth)
     segments, colours = segments_of(walk, palette=ON_LIGHT)
@@ -177,20 +177,27 @@ def picture_of_ray(view: View, structure: Structure, cells: Cells) -> tuple[str,
     return caption, view.with_lines(segments, colours, width=2, hidden=0.5)
 
 
-def crossing_rays(view: View, structure: Structure) -> Rays:
-    """Return rays across the picture, each towards something that is seen in it."""
-    scene = structure.scene
-    seen = np.unique(view.primitive[view.primitive >= 0])
-    if len(seen) == 0:
-        seen = np.arange(len(scene))
-    chosen = seen[np.linspace(0, len(seen) - 1, min(CANDIDATES, len(seen))).astype(np.int64)]
-    targets = scene.triangles[chosen].mean(axis=1)
+def crossing_rays(view: View, structure: Structure) -> tuple[Rays, np.ndarray]:
+    """Return rays across the picture, each towards something that is seen in it.
+
+    Returns
+    -------
+    rays : Rays
+    widths : (n,) float64
+        Width of the picture there, in scene units.
+    """
+    targets, widths = view.points(12, 16)
+    if len(targets) == 0:
+        scene = structure.scene
+        targets = 0.5 * (scene.lower + scene.upper)[None]
+        widths = np.array([scene.diagonal])
+    some = np.linspace(0, len(targets) - 1, min(CANDIDATES, len(targets))).astype(np.int64)
+    targets, widths = targets[some], widths[some]
     # From the left, a little from above and from the front.
     right, up, forward = view.axes
     direction = right - 0.35 * up + 0.45 * forward
-    direction /= np.linalg.norm(direction)
-    directions = np.tile(scene.diagonal * direction, (len(targets), 1))
-    return Rays.from_arrays(targets - 0.75 * directions, directions)
+    directions = widths[:, None] * direction / np.linalg.norm(direction)
+    return Rays.from_arrays(targets - 0.6 * directions, directions), widths
 
 
 def edges_over(
@@ -261,7 +268,8 @@ body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 110r
 h1 { font-weight: 600; } h2 { margin: 2.5rem 0 0; font-weight: 600; }
 p { margin: .2rem 0 .8rem; color: #666; font-size: .85rem; }
 .row { display: flex; flex-wrap: wrap; gap: 1.2rem; align-items: flex-start; }
-figure { margin: 0; } img { width: 29rem; max-width: 100%; border: 1px solid #ddd; display: block; }
+figure { margin: 0; max-width: 29rem; }
+img { width: 29rem; max-width: 100%; border: 1px solid #ddd; display: block; }
 figcaption { color: #666; font-size: .85rem; margin-top: .3rem; }
 .tables { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: flex-start; }
 table { border-collapse: collapse; font-size: .85rem; } caption { text-align: left;

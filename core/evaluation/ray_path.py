@@ -23,8 +23,8 @@ from ..structures.steps import (
     Steps,
 )
 
-STAR_SIZE = 0.02
-"""Size of the marks of hits, as a share of the scene's diagonal."""
+STAR_SIZE = 0.03
+"""Size of the marks of hits, as a share of the way to them; at most that of the triangle."""
 
 VISITS = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
 
@@ -54,7 +54,7 @@ ON_DARK = Palette(
     hitting=(1.0, 0.85, 0.1, 1.0),
     missing=(0.6, 0.6, 0.6, 1.0),
     ahead=(0.6, 0.6, 0.6, 0.35),
-    inner=(1.0, 1.0, 1.0, 0.35),
+    inner=(1.0, 1.0, 1.0, 0.15),
     leaf=(1.0, 0.45, 0.0, 0.9),
     empty=(0.2, 0.6, 1.0, 0.7),
     skipped=(0.65, 0.45, 1.0, 0.7),
@@ -193,9 +193,15 @@ def _triangles(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piec
     yield _sides(walk, np.unique(primitive[postponed])), palette.postponed
     nearest = np.flatnonzero(postponed | (kind == HIT))[-1:]
     yield _sides(walk, primitive[nearest]), palette.found
-    t, size = _up_to(steps.t_enter, event), STAR_SIZE * scene.diagonal
-    yield stars(walk.at(t[kind == HIT][-1:]), size), palette.found
-    yield stars(walk.at(t[postponed]), size), palette.postponed
+    for events, colour in (
+        (np.flatnonzero(kind == HIT)[-1:], palette.found),
+        (np.flatnonzero(postponed), palette.postponed),
+    ):
+        corners = scene.triangles[primitive[events]]
+        longest = np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(axis=1, initial=0.0)
+        points = walk.at(_up_to(steps.t_enter, event)[events])
+        way = np.linalg.norm(points - walk.rays.origins[walk.ray], axis=1)
+        yield stars(points, np.minimum(longest, STAR_SIZE * way)), colour
 
 
 def _current(walk: Walk, event: int, palette: Palette) -> Iterator[Piece]:

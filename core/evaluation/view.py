@@ -47,8 +47,6 @@ class View:
     image : (height, width, 3) float64
     depth : (height, width) float64
         Distance along the view direction, inf where there is nothing.
-    primitive : (height, width) int32
-        Triangle in the scene, -1 where there is none.
     axes : tuple of (3,) float64
         To the right, up, and forward.
     """
@@ -73,9 +71,28 @@ class View:
         self.image = image.reshape(self.height, self.width, 3)
         # Camera rays have component 1 along the view direction, so t is the depth.
         self.depth = hits.t.reshape(self.height, self.width)
-        self.primitive = hits.primitive.reshape(self.height, self.width)
         self.axes = right, up, forward
         self._scale = max(self.width, self.height) / 2 / np.tan(np.radians(self.camera.fov) / 2)
+
+    def points(self, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return what is seen of the mesh at the nodes of a grid over the picture.
+
+        Returns
+        -------
+        points : (n, 3) float64
+        widths : (n,) float64
+            Width of the picture at their depths, in scene units.
+        """
+        row = ((np.arange(rows) + 0.5) / rows * self.height).astype(np.int64).repeat(columns)
+        column = np.tile(((np.arange(columns) + 0.5) / columns * self.width).astype(np.int64), rows)
+        depth = self.depth[row, column]
+        hit = np.isfinite(depth)
+        row, column, depth = row[hit], column[hit], depth[hit, None]
+        right, up, forward = self.axes
+        across = (column + 0.5 - self.width / 2)[:, None] / self._scale
+        above = (self.height / 2 - row - 0.5)[:, None] / self._scale
+        points = self.camera.position + depth * (forward + across * right + above * up)
+        return points, depth[:, 0] * self.width / self._scale
 
     def with_lines(
         self,

@@ -157,9 +157,10 @@ def test_a_cell_is_divided_when_its_children_are_made():
 
 def test_marks():
     points = np.array([[1.0, 2, 3], [4, 5, 6]])
-    star = stars(points, 0.5)
+    star = stars(points, np.array([0.5, 2.0]))
     np.testing.assert_allclose(star.mean(axis=1), np.repeat(points, 3, axis=0))
-    np.testing.assert_allclose(np.linalg.norm(star[:, 1] - star[:, 0], axis=1), 0.5)
+    lengths = np.linalg.norm(star[:, 1] - star[:, 0], axis=1)
+    np.testing.assert_allclose(lengths, [0.5] * 3 + [2.0] * 3)
 
     segments = np.array(
         [[[0, 0, 0], [0, 0, 2.0]], [[1, 1, 1], [4, 5, 1.0]], [[3, 3, 3], [3, 3, 3]]]

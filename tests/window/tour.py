@@ -34,6 +34,8 @@ from session import Session, Steps, Wait
 MODULE = "bl_ext.user_default.accelscope"
 SIDEBAR = 340
 """Width of the sidebar in pixels: what a person would drag it to."""
+CHECK_BOX = 0.45
+"""Where a check box in front of a number is, as a share of that width."""
 HEADER = 0.112
 """Where the check box of a panel's header is, as a share of that width."""
 
@@ -267,6 +269,48 @@ def lines() -> Steps:
 
 
 @session.step
+def planes_and_replay() -> Steps:
+    """A kd-tree: its planes, its empty leaves, and its building step by step."""
+    overlay = part("addon.overlay")
+    settings().structure = "kdtree"
+    yield from build()
+    display = settings().display
+    display.depth_max = 4
+    yield from session.press("display.planes")
+    assert display.planes
+    over_viewport()
+    yield 0.5
+    station("planes")
+    display.planes = False
+    display.depth_max = 100
+    display.leaves_only = True
+    yield from session.press("display.tint_empty")
+    assert display.tint_empty
+    over_viewport()
+    yield 0.5
+    station("tinted")
+    display.tint_empty = display.leaves_only = False
+    uploads = overlay.uploads()
+    yield from session.press("display.replay", across=CHECK_BOX)
+    assert display.replay
+    yield from session.enter("display.step", "20")
+    over_viewport()
+    yield 0.5
+    station("replay")
+    assert display.step == 20
+    display.colour_by = "order"
+    display.replay = False
+    display.leaves_only = True
+    yield 0.5
+    station("by-order")
+    assert overlay.uploads() == uploads
+    for name in ("depth_max", "planes", "tint_empty", "replay", "step", "colour_by", "leaves_only"):
+        display.property_unset(name)
+    settings().structure = "bvh"
+    yield from build()
+
+
+@session.step
 def show() -> Steps:
     """The check box in the header hides all cells: the picture is the one before the build."""
     yield from session.press("display.show", across=HEADER)
@@ -325,6 +369,23 @@ def step_ray() -> Steps:
     over_viewport()
     yield 0.5
     station("stepped-miss")
+
+
+@session.step
+def event_by_event() -> Steps:
+    """The recorded ray again, event by event."""
+    settings().ray_index = int(np.flatnonzero(results().traced.hits.primitive >= 0)[3])
+    yield from session.press("accelscope.step_ray(")
+    yield from session.press("step_events", across=CHECK_BOX)
+    assert settings().step_events
+    middle = len(results().steps) // 2
+    yield from session.enter("event", str(middle))
+    assert settings().event == middle
+    over_viewport()
+    yield 0.5
+    station("event")
+    settings().property_unset("step_events")
+    settings().property_unset("event")
 
 
 @session.step
