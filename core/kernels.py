@@ -120,7 +120,15 @@ def implements(declared: Any, record: type) -> Callable[[Callable], Callable]:
 
 
 def call(function: Callable, *arguments: Any) -> Any:
-    """Call a compiled kernel from Python; a damaged cache file is thrown away and made anew."""
+    """Call a compiled kernel from Python; a damaged cache file is thrown away and made anew.
+
+    Raises
+    ------
+    TypeError
+        For an inner kernel: it has no Python side, and calling it would crash.
+    """
+    if getattr(function, "targetoptions", {}).get("no_cpython_wrapper"):
+        raise TypeError(f"{function.__name__} is an inner kernel: only kernels call it")
     try:
         return function(*arguments)
     except DAMAGED as error:

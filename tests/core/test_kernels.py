@@ -212,3 +212,12 @@ def test_the_cache_forgets_old_versions_only(warm_cache):
     assert not old.exists()
     assert recent.exists()
     assert foreign.read_text() == "mine"
+
+
+def test_an_inner_kernel_is_not_called_from_python():
+    from accelscope.core.kernels import HAS_NUMBA, call
+    from accelscope.core.structures.steps import make_log, note
+
+    assert HAS_NUMBA
+    with pytest.raises(TypeError, match="note is an inner kernel"):
+        call(note, make_log(0), 0, 0, 0, 0.0, 0.0)

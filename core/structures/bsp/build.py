@@ -247,7 +247,7 @@ def grow_tree(
         np.empty(SAMPLE * 2), np.empty(SAMPLE * 2), np.zeros(4), np.zeros(4), np.zeros(64, np.int64)
     )
     most = max(MOST_REFERENCES, 8 * n)
-    call(put, tree.frontier, limits.order, 0, 0.0)
+    tree.frontier.state[1] = 1  # the root waits
     status, work = PAUSED, 1 << 12
     while status != DONE:
         progress.report(min(float(tree.done[0]), 1.0), 1.0, "Building bsp")
