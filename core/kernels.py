@@ -34,10 +34,10 @@ OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapp
 
 ``_nrt=False`` leaves out Numba's reference counts: three quarters of the time of a short walk went
 into counting up and down the arrays that all threads share. In return a kernel must not make
-arrays; scratch memory comes from the caller.
+arrays; scratch memory comes from the caller. The wrapper for calls from C is never used.
 """
 
-INNER = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INNER = OPTIONS | {"no_cpython_wrapper": True}
 """For kernels that only kernels call: without the code that takes their arguments from Python,
 which for a ray's thirty numbers costs more compiling than the kernel itself."""
 

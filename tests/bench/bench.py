@@ -139,8 +139,11 @@ def row(scene: Scene, who: str, rays: str, build: float, rate: float) -> dict:
 
 STADIUM = (
     "grid", "macro_grid", "macro_grid:regions=octant",
-    "grid:resolution=300x200x40", "macro_grid:resolution=300x200x40",
-    "macro_grid:resolution=300x200x40,regions=octant",
+    "grid:resolution=300x200x40,assignment=exact",
+    "macro_grid:resolution=300x200x40,assignment=exact",
+    "macro_grid:resolution=300x200x40,assignment=exact,regions=octant",
+    "grid:resolution=600x400x80,assignment=exact",
+    "macro_grid:resolution=600x400x80,assignment=exact",
     "octree", "kdtree", "bsp", "bvh",
 )  # fmt: skip
 """Whose rates are compared in the scene that grids fear: a teapot in a stadium."""

@@ -41,3 +41,18 @@ def test_all_structures_see_the_same_picture(evaluate, text):
     (record,) = evaluate("sample:tetra", "--structure", text, "--rays", HAVRAN)
     (other,) = evaluate("sample:tetra", "--structure", "bvh:max_leaf_size=1", "--rays", HAVRAN)
     assert record["trace"]["hits_by_class"] == other["trace"]["hits_by_class"]
+
+
+@pytest.mark.parametrize(
+    ("text", "cells"),
+    [
+        ("octree:max_depth=4,max_leaf_size=1,padding=0,mailbox=true", 13),
+        ("grid:resolution=16x1x16,padding=0,mailbox=true", 17),
+    ],
+)
+def test_the_lectures_picture_of_a_ray(evaluate, text, cells):
+    (record,) = evaluate(
+        "sample:nonuniform", "--structure", text, "--rays", "camera:width=1,height=1"
+    )
+    assert sum(record["rays"]["classes"].values()) == 1
+    assert (record["trace"]["N_ETS"], record["trace"]["N_IT"]) == (cells, 3)

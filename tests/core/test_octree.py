@@ -352,8 +352,54 @@ def test_orders_agree_without_a_budget(lab, build, scene_name, planes):
         for budget in (0, 10**9)
     ]
     for other in trees[1:]:
-        for mine, theirs in zip(trees[0], other, strict=True):
-            assert np.array_equal(mine, theirs)
+        for name in set(other._fields) - {"order"}:
+            assert np.array_equal(getattr(trees[0], name), getattr(other, name))
+
+
+# ------------------------------------------------------------------------------ to be drawn
+
+
+@pytest.mark.parametrize("order", ["fifo", "priority", "depth_first"])
+def test_order_of_building(lab, build, order):
+    """A budget for k splits makes just the cells of the first k steps."""
+    scene = lab.small_scene("suzanne")
+    whole = build("octree", scene, f"{MIXED},order={order}").cells()
+    made = whole.extra["order"]
+    assert np.array_equal(np.bincount(made), [1] + [8] * made.max())
+    for steps in (0, 1, 2, 17):
+        part = build("octree", scene, f"{MIXED},order={order},budget={1 + 8 * steps}").cells()
+        early = made <= steps
+        assert np.array_equal(np.unique(part.boxes, axis=0), np.unique(whole.boxes[early], axis=0))
+        assert part.extra["order"].max() == steps
+
+
+@pytest.mark.parametrize("planes", ["middle", "adaptive"])
+def test_three_planes_across_every_inner_cell(lab, build, scene_name, planes):
+    tree = build("octree", lab.small_scene(scene_name), f"{MIXED},planes={planes}")
+    cells = tree.cells()
+    inner = np.flatnonzero(~cells.is_leaf)
+    assert np.array_equal(cells.planes.owners, np.repeat(inner, 3))
+    corners = cells.planes.points.reshape(len(inner), 3, 4, 3)
+    low, high = cells.boxes[inner, :3], cells.boxes[inner, 3:]
+    for axis in range(3):
+        plane = tree.built.planes[cells.numbers[inner], axis]
+        assert (corners[:, axis, :, axis] == plane[:, None]).all()
+        for other in {0, 1, 2} - {axis}:
+            assert np.array_equal(corners[:, axis, :, other].min(axis=1), low[:, other])
+            assert np.array_equal(corners[:, axis, :, other].max(axis=1), high[:, other])
+
+
+def test_links_of_a_leaf(lab, build):
+    """One for each face inside the root, to a node right behind it that covers it."""
+    tree = build("octree", lab.small_scene("suzanne"), "max_depth=4,max_leaf_size=3")
+    boxes, leaves = tree.topology().boxes, tree.topology().leaves
+    centres = 0.5 * (boxes[:, :3] + boxes[:, 3:])
+    for leaf in leaves[::50]:
+        links = tree.links(leaf)
+        assert len(links) == 6 - (boxes[leaf] == boxes[0]).sum()
+        assert (links[:, 0] == centres[leaf]).all()
+        assert all((centres == end).all(axis=1).any() for end in links[:, 1])
+    assert tree.links(0).shape == (0, 2, 3)
 
 
 # ----------------------------------------------------------------------------------- bad input

@@ -24,13 +24,19 @@ def test_cells_and_statistics_agree(lab, build, variant):
     assert np.array_equal(np.sort(cells.numbers), np.arange(len(cells)))
     assert (cells.boxes[:, :3] <= cells.boxes[:, 3:]).all()
     assert {len(values) for values in cells.attributes().values()} == {len(cells)}
-    assert structure.memory() == sum(
-        array.nbytes for array in structure.arrays if isinstance(array, np.ndarray)
-    )
+    assert structure.memory() == sum(array.nbytes for array in arrays_in(structure.arrays))
     assert structure.memory() > 0
-    for array in (*structure.arrays, *structure.triangles):
-        if isinstance(array, np.ndarray):
-            assert array.flags.c_contiguous
+    for array in arrays_in((structure.arrays, structure.triangles)):
+        assert array.flags.c_contiguous
+
+
+def arrays_in(record):
+    """The arrays of a record, and of the records in it."""
+    for value in record:
+        if isinstance(value, np.ndarray):
+            yield value
+        elif isinstance(value, tuple):
+            yield from arrays_in(value)
 
 
 def test_boxes_of_a_tree_are_tight(lab, build, scene_name):

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
-from accelscope.core.kernels import HAS_NUMBA
+from accelscope.core.kernels import HAS_NUMBA, kernel
 from accelscope.core.structures import structures
 from accelscope.core.structures.steps import (
     HIT,
@@ -198,6 +198,19 @@ def test_walks_with_many_segments_are_cut_piece_by_piece(lab, build):
         walked(tree, "recursive", "found")
 
 
+@kernel
+def put_one(frontier, order, node, key):
+    """Only kernels can call the frontier's kernels."""
+    put(frontier, order, node, key)
+
+
+@kernel
+def take_one(frontier, order):
+    node = peek(frontier, order)
+    drop(frontier, order)
+    return node
+
+
 @pytest.mark.parametrize("order", [DEPTH_FIRST, FIFO, PRIORITY])
 def test_frontier_hands_out_in_order(order):
     rng = np.random.default_rng(order)
@@ -205,7 +218,7 @@ def test_frontier_hands_out_in_order(order):
     frontier = make_frontier(200)
     waiting, handed = [], []
     for node in range(200):
-        put(frontier, order, node, keys[node])
+        put_one(frontier, order, node, keys[node])
         waiting.append(node)
         if rng.random() < 0.4:
             take(frontier, order, waiting, keys, handed)
@@ -216,14 +229,13 @@ def test_frontier_hands_out_in_order(order):
 
 
 def take(frontier, order, waiting, keys, handed):
-    node = peek(frontier, order)
+    node = take_one(frontier, order)
     want = {
         DEPTH_FIRST: waiting[-1],
         FIFO: waiting[0],
         PRIORITY: min(waiting, key=lambda n: (-keys[n], n)),
     }[order]
     assert node == want
-    drop(frontier, order)
     waiting.remove(node)
     handed.append(node)
 

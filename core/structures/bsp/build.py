@@ -54,6 +54,11 @@ NO_ROW = np.int64(-1)
 REFERENCES, POINTS, LISTED = range(3)
 """Places in `Lists.used`."""
 
+LINK, PARENT, DEPTH, BEGIN, COUNT = range(5)
+AREA, SHARE = 4, 5
+"""Columns of a tree being built. Few arrays of many columns, since every array that is passed on
+costs time to compile."""
+
 
 class Limits(NamedTuple):
     """When to stop: `budget` is a number of nodes, `order` the discipline of the frontier."""
@@ -69,17 +74,13 @@ class Growing(NamedTuple):
 
     Attributes
     ----------
-    planes : (capacity, 4) float64
-        Unit normal and position along it.
-    link : (capacity,) int32
-        Left child of an inner node (the right one is next), ``-1 - leaf`` for leaves, or WAITING.
-    parent, depth : (capacity,) int32
-    area : (capacity,) float64
-        Surface area of the cell.
-    share : (capacity,) float64
-        Of the work: 1 for the root, divided among children by their references.
-    begin, count : (capacity,) int64
-        References of a node that waits; list of a leaf, by leaf instead of node.
+    nodes : (capacity, 5) int64
+        Columns LINK: left child of an inner node (the right one is next), ``-1 - leaf`` for leaves,
+        or WAITING; PARENT; DEPTH; BEGIN, COUNT: references of a node that waits. Of a leaf, BEGIN
+        is the end of its list.
+    planes : (capacity, 6) float64
+        Unit normal and position along it; columns AREA: surface area of the cell; SHARE: of the
+        work, 1 for the root, divided among children by their references.
     frontier : Frontier
     used : (2,) int64
         Nodes and leaves so far.
@@ -87,14 +88,8 @@ class Growing(NamedTuple):
         Sum of the shares of leaves.
     """
 
+    nodes: np.ndarray
     planes: np.ndarray
-    link: np.ndarray
-    parent: np.ndarray
-    depth: np.ndarray
-    area: np.ndarray
-    share: np.ndarray
-    begin: np.ndarray
-    count: np.ndarray
     frontier: Frontier
     used: np.ndarray
     done: np.ndarray
@@ -107,12 +102,12 @@ def cut_out(tree, node, room, path, shell):
     while node > 0:
         path[height] = node
         height += 1
-        node = np.int64(tree.parent[node])
+        node = tree.nodes[node, PARENT]
     while height > 0:
         height -= 1
         node = path[height]
-        above = tree.parent[node]
-        sign = -1.0 if tree.link[above] == node else 1.0
+        above = tree.nodes[node, PARENT]
+        sign = -1.0 if tree.nodes[above, LINK] == node else 1.0
         target = ROWS[2] if row == 1 else ROWS[1]
         if not clip(room, row, target, tree.planes[above], sign, shell):
             return NO_ROW
@@ -123,17 +118,17 @@ def cut_out(tree, node, room, path, shell):
 @kernel
 def grow(rule, limits, tree, lists, room, scratch, corners, shell, work):
     """Split cells until none waits, room is lacking or `work` references are handled."""
-    frontier, used = tree.frontier, lists.used
+    frontier, used, nodes, planes = tree.frontier, lists.used, tree.nodes, tree.planes
     while not is_empty(frontier):
         if work <= 0:
             return PAUSED
         node = np.int64(peek(frontier, limits.order))
-        begin, n = tree.begin[node], tree.count[node]
+        begin, n = nodes[node, BEGIN], nodes[node, COUNT]
         n_points = 0
         if n > 0:
             n_points = lists.start[begin + n - 1] + lists.size[begin + n - 1] - lists.start[begin]
         left = tree.used[0]
-        if left + 2 > len(tree.link):
+        if left + 2 > len(nodes):
             return NEEDS_NODES
         if used[REFERENCES] + 2 * n > len(lists.start):
             return NEEDS_REFERENCES
@@ -142,61 +137,58 @@ def grow(rule, limits, tree, lists, room, scratch, corners, shell, work):
         if used[LISTED] + n > len(lists.listed):
             return NEEDS_LISTED
         drop(frontier, limits.order)
-        depth, is_split = tree.depth[node], False
+        depth, row, is_split = nodes[node, DEPTH], NO_ROW, False
         work -= 64 + n
         if n > limits.max_leaf_size and depth < limits.max_depth and left + 2 <= limits.budget:
             work -= 1024 + min(n, SAMPLE) * 16
             row = cut_out(tree, node, room, scratch.path, shell)
-            salt = np.int64(lists.triangle[begin]) + 61 * n
             is_split = row != NO_ROW and choose_plane(
-                rule, lists, begin, n, room, row, tree.area[node], scratch, corners, shell, salt
+                rule, lists, begin, n, room, row, planes[node, AREA], scratch, corners, shell
             )
         if not is_split:
             leaf = tree.used[1]
             tree.used[1] = leaf + 1
-            tree.link[node] = -1 - leaf
-            tree.done[0] += tree.share[node]
+            nodes[node, LINK] = -1 - leaf
+            tree.done[0] += planes[node, SHARE]
             for i in range(n):
                 lists.listed[used[LISTED] + i] = lists.triangle[begin + i]
             used[LISTED] += n
-            tree.begin[node] = used[LISTED]
+            nodes[node, BEGIN] = used[LISTED]
             continue
-        plane = tree.planes[node]
+        plane = planes[node]
         for i in range(4):
             plane[i] = scratch.plane[i]
-        position = plane[3]
-        plane[3] = 0.0
         measure_heights(room, row, plane)
-        plane[3] = position
-        areas = side_areas(room, row, plane, position)
-        tree.link[node] = left
+        below, above = side_areas(room, row, plane, 0.0)
+        nodes[node, LINK] = left
         tree.used[0] = left + 2
+        total = 0
         for right in range(2):
             child = left + right
-            tree.begin[child] = used[REFERENCES]
-            tree.count[child] = append_side(lists, begin, n, plane, 2.0 * right - 1.0, shell)
-            tree.area[child] = areas[right]
-            tree.parent[child], tree.depth[child] = node, depth + 1
-            tree.link[child] = WAITING
-        total = tree.count[left] + tree.count[left + 1]
+            nodes[child, LINK], nodes[child, PARENT] = WAITING, node
+            nodes[child, DEPTH], nodes[child, BEGIN] = depth + 1, used[REFERENCES]
+            count = append_side(lists, begin, n, plane, 2.0 * right - 1.0, shell)
+            nodes[child, COUNT] = count
+            total += count
+            planes[child, AREA] = above if right == 1 else below
         for i in range(2):
             # A stack hands out what came last.
             child = left + (1 - i if limits.order == DEPTH_FIRST else i)
-            tree.share[child] = tree.share[node] * tree.count[child] / total
-            put(frontier, limits.order, child, tree.area[child] * tree.count[child])
+            planes[child, SHARE] = planes[node, SHARE] * nodes[child, COUNT] / total
+            put(frontier, limits.order, child, planes[child, AREA] * nodes[child, COUNT])
     return DONE
 
 
 @kernel
 def sweep(tree, lists):
     """Move the references of nodes that wait together, over those of cells that are split."""
-    place, corner = 0, 0
+    place, corner, nodes = 0, 0, tree.nodes
     # References lie in the order of their nodes.
     for node in range(tree.used[0]):
-        if tree.link[node] == WAITING:
-            corner = move_references(lists, tree.begin[node], tree.count[node], place, corner)
-            tree.begin[node] = place
-            place += tree.count[node]
+        if nodes[node, LINK] == WAITING:
+            corner = move_references(lists, nodes[node, BEGIN], nodes[node, COUNT], place, corner)
+            nodes[node, BEGIN] = place
+            place += nodes[node, COUNT]
     lists.used[REFERENCES], lists.used[POINTS] = place, corner
 
 
@@ -205,8 +197,10 @@ class Grown(NamedTuple):
 
     Attributes
     ----------
-    planes, link, parent, depth, area
-        As in :class:`Growing`, of all nodes.
+    planes : (n, 4) float64
+    link, parent, depth : (n,) int32
+    area : (n,) float64
+        Of all nodes, as in :class:`Growing`.
     offsets : (n_leaves + 1,) int64
     references : (N_OIV,) int32
         Triangles, leaf after leaf.
@@ -277,14 +271,12 @@ def start(triangles: Triangles, box: np.ndarray) -> tuple[Growing, Lists]:
     n = len(triangles.ids)
     capacity = 1024
     tree = Growing(
-        np.zeros((capacity, 4)), np.zeros(capacity, np.int32), np.zeros(capacity, np.int32),
-        np.zeros(capacity, np.int32), np.zeros(capacity), np.zeros(capacity),
-        np.zeros(capacity, np.int64), np.zeros(capacity, np.int64), make_frontier(capacity),
+        np.zeros((capacity, 5), np.int64), np.zeros((capacity, 6)), make_frontier(capacity),
         np.array([1, 0]), np.zeros(1),
     )  # fmt: skip
     sides = box[3:] - box[:3]
-    tree.area[0] = 2.0 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0])
-    tree.share[0], tree.count[0] = 1.0, n
+    tree.planes[0, AREA] = 2.0 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0])
+    tree.planes[0, SHARE], tree.nodes[0, COUNT] = 1.0, n
     room, corners = 4 * n + 256, 14 * n + 1024
     lists = Lists(
         np.zeros(room, np.int32), np.zeros(room, np.int64), np.zeros(room, np.int32),
@@ -303,19 +295,21 @@ def with_room(
     """Return both with room to go on."""
     node = int(call(peek, tree.frontier, limits.order))
     if status == NEEDS_NODES:
-        capacity = 2 * len(tree.link)
-        refuse_if_too_large(96 * capacity, f"a bsp of over {capacity // 2} nodes", ADVICE)
-        arrays = [longer(array, capacity) for array in tree[:8]]
-        return Growing(*arrays, enlarged(tree.frontier, capacity), tree.used, tree.done), lists
+        capacity = 2 * len(tree.nodes)
+        refuse_if_too_large(104 * capacity, f"a bsp of over {capacity // 2} nodes", ADVICE)
+        return Growing(
+            longer(tree.nodes, capacity), longer(tree.planes, capacity),
+            enlarged(tree.frontier, capacity), tree.used, tree.done,
+        ), lists  # fmt: skip
     if status == NEEDS_LISTED:
-        size = min(2 * len(lists.listed), most) + int(tree.count[node])
+        size = min(2 * len(lists.listed), most) + int(tree.nodes[node, COUNT])
         refuse_if_too_large(4 * size, f"a bsp of over {lists.used[LISTED]} references", ADVICE)
         return tree, lists._replace(listed=longer(lists.listed, size))
     # Sweeping is enough where it frees a good part of what is lacking.
     before = int(lists.used[REFERENCES]), int(lists.used[POINTS])
     call(sweep, tree, lists)
-    n = int(tree.count[node])
-    begin = int(tree.begin[node])
+    n = int(tree.nodes[node, COUNT])
+    begin = int(tree.nodes[node, BEGIN])
     own = int(lists.start[begin + n - 1] + lists.size[begin + n - 1] - lists.start[begin])
     if status == NEEDS_REFERENCES:
         if (
@@ -347,12 +341,11 @@ def longer(array: np.ndarray, length: int) -> np.ndarray:
 def finish(tree: Growing, lists: Lists) -> Grown:
     """Return what stays of the builder's memory."""
     n_nodes, n_leaves = int(tree.used[0]), int(tree.used[1])
-    link = tree.link[:n_nodes].copy()
+    link, parent, depth = tree.nodes[:n_nodes, [LINK, PARENT, DEPTH]].T.astype(np.int32)
     leaves = np.flatnonzero(link < 0)
     offsets = np.zeros(n_leaves + 1, np.int64)
-    offsets[-link[leaves]] = tree.begin[leaves]
+    offsets[-link[leaves]] = tree.nodes[leaves, BEGIN]
     return Grown(
-        tree.planes[:n_nodes].copy(), link, tree.parent[:n_nodes].copy(),
-        tree.depth[:n_nodes].copy(), tree.area[:n_nodes].copy(), offsets,
-        lists.listed[: lists.used[LISTED]].copy(),
+        tree.planes[:n_nodes, :4].copy(), link.copy(), parent.copy(), depth.copy(),
+        tree.planes[:n_nodes, AREA].copy(), offsets, lists.listed[: lists.used[LISTED]].copy(),
     )  # fmt: skip

@@ -42,6 +42,9 @@ CUT = 8.0
 ATTEMPTS = 256
 """Planes of triangles that are looked at, for autopartition: those on the border do not cut."""
 
+PRIME = 2654435761
+"""Steps of so many, modulo n, come to each of n triangles once, in a scattered order."""
+
 EDGES, OWN = 3, np.int64(3)
 """Planes of a triangle: through its edges 0, 1, 2, and its own."""
 
@@ -100,7 +103,7 @@ class Scratch(NamedTuple):
 
 
 @dispatched
-def choose_plane(rule, lists, begin, n, room, row, area, scratch, corners, shell, salt):
+def choose_plane(rule, lists, begin, n, room, row, area, scratch, corners, shell):
     """Write the plane that is to split a cell to `scratch.plane`; False if none is any good.
 
     Parameters
@@ -116,8 +119,6 @@ def choose_plane(rule, lists, begin, n, room, row, area, scratch, corners, shell
         Its surface area.
     corners : (n_triangles, 3, 3) float64
     shell : float
-    salt : int
-        For pseudo-random choices: of this cell, whenever it is split.
     """
     raise TypeError(type(rule).__name__)
 
@@ -166,7 +167,7 @@ def cost_of(rule, room, row, area, plane, position, n_below, n_above, best):
 
 
 @implements(choose_plane, Heuristic)
-def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, corners, shell, salt):
+def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, corners, shell):
     """Try planes across the fixed directions, then oblique ones."""
     low, high, tried = scratch.low, scratch.high, scratch.tried
     stride = (n + SAMPLE - 1) // SAMPLE
@@ -220,20 +221,19 @@ def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, corners, she
 
 
 @implements(choose_plane, Autopartition)
-def choose_by_cuts(rule, lists, begin, n, room, row, area, scratch, corners, shell, salt):
+def choose_by_cuts(rule, lists, begin, n, room, row, area, scratch, corners, shell):
     """Try the planes of some triangles that cut the cell."""
     low, high, tried = scratch.low, scratch.high, scratch.tried
     stride = (n + SAMPLE - 1) // SAMPLE
     count = n // stride
     best = np.inf
     n_tried = 0
-    # Steps of nearly 0.618 n: the golden section spreads them over the list.
-    step = max(n * 61803 // 100000, 1)
-    rank = salt % n
-    for _ in range(min(n, ATTEMPTS)):
+    # Pseudo-random, but the same whenever the turn of this cell comes.
+    salt = np.int64(lists.triangle[begin]) + 61 * n
+    for i in range(min(n, ATTEMPTS)):
         if n_tried == rule.candidates:
             break
-        rank = (rank + step) % n
+        rank = (salt + i * PRIME) % n
         if not make_plane(corners, lists.triangle[begin + rank], OWN, tried):
             continue
         position, tried[3] = tried[3], 0.0

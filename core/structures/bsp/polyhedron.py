@@ -173,9 +173,9 @@ def add_cap(out, marks, place, plane, sign):
 def side_areas(room, row, plane, position):
     """Return the surface areas of the parts below and above a plane, the cut included.
 
-    The corners' heights must have been measured from the parallel plane at position 0. The outward
-    normals of a closed surface, each as long as its face's area, sum up to zero: so those of the
-    faces below give the cut's.
+    The plane is at `position` of that from which the corners' heights have been measured. The
+    outward normals of a closed surface, each as long as its face's area, sum up to zero: so those
+    of the faces below give the cut's.
     """
     points, starts, heights = room.points[row], room.starts[row], room.heights
     below, above, cut = 0.0, 0.0, 0.0

@@ -94,25 +94,18 @@ def append_side(lists, begin, count, plane, sign, shell):
         triangle[place], start[place] = triangle[reference], corner
         is_cut = least < -shell
         last = this + n - 1
-        before = 0.0
-        if is_cut:
-            h = plane[0] * points[last, 0] + plane[1] * points[last, 1] + plane[2] * points[last, 2]
-            before = sign * (h - plane[3])
+        h = plane[0] * points[last, 0] + plane[1] * points[last, 1] + plane[2] * points[last, 2]
+        before = sign * (h - plane[3])
         for i in range(this, this + n):
             here = 0.0
             if is_cut:
                 h = plane[0] * points[i, 0] + plane[1] * points[i, 1] + plane[2] * points[i, 2]
                 here = sign * (h - plane[3])
                 if here * before < 0.0:
-                    # Always from the corner above to that below: both sides get the same point.
-                    share = here / (here - before)
-                    a, b = i, last
-                    if sign * here < 0.0:
-                        a, b = last, i
-                        share = before / (before - here)
+                    share = before / (before - here)
                     for axis in range(3):
-                        points[corner, axis] = points[a, axis] + share * (
-                            points[b, axis] - points[a, axis]
+                        points[corner, axis] = points[last, axis] + share * (
+                            points[i, axis] - points[last, axis]
                         )
                     corner += 1
             if here >= 0.0:

@@ -129,7 +129,7 @@ class Passage(NamedTuple):
 
     t: float
     late: float
-    node: int
+    node: np.int64
     is_clear: bool
 
 

@@ -205,7 +205,7 @@ def grow(planes, limits, work, frontier, corners, allowance):
 
 # -------------------------------------------------------------------------------- calling kernels
 
-MOST_REFERENCES = 1 << 25
+MOST_REFERENCES = 1 << 24
 """References at which a tree is refused, unless the scene has a sixteenth as many triangles."""
 
 ALLOWANCE = 2_000_000

@@ -25,6 +25,7 @@ from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
+from ..cells import Cells, planes_across, rectangles
 from ..contract import intersection_cost, traversal_cost
 from ..subdivision.frontier import ORDERS, budget_setting, order_setting
 from ..subdivision.structure import (
@@ -163,13 +164,24 @@ class Octree(Subdivision):
         leaves = np.arange(n_inner, n_nodes)
         return Topology(boxes, built.levels.astype(np.int64), is_leaf, count, leaves)
 
+    def cells(self) -> Cells:
+        """Return the cells of all nodes, with the three planes that cut each inner one."""
+        built, nodes = self.built, self.topology()
+        n_inner = len(built.planes)
+        corners = [planes_across(nodes.boxes[:n_inner], a, built.planes[:, a]) for a in range(3)]
+        planes = rectangles(np.concatenate(corners), np.tile(np.arange(n_inner), 3))
+        return Cells.sorted_by_depth(
+            nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count, {"order": built.order},
+            planes=planes,
+        )  # fmt: skip
+
     def extra_statistics(self) -> dict[str, Any]:
         """Return the bytes of all four storages, and the chains of the hash table."""
         built = self.built
         depth = int(built.levels.max())
         sizes = topology_bytes(len(built.planes), len(built.levels) - len(built.planes), depth)
         common = built.planes.nbytes + built.offsets.nbytes + built.references.nbytes
-        extra = {f"bytes_{name}": size for name, size in sizes.items()}
+        extra: dict[str, Any] = {f"bytes_{name}": size for name, size in sizes.items()}
         extra["bytes_planes_and_references"] = common
         tree = self.arrays.tree
         if isinstance(tree, HashOctree):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class Exact(NamedTuple):
     part: np.ndarray
 
 
-def assignment_named(name: str, triangles: Triangles, boxes: np.ndarray, closed: bool):
+def assignment_named(name: str, triangles: Triangles, boxes: np.ndarray, closed: bool) -> Any:
     """Return the record for a setting."""
     if name == "box":
         return ByBox(boxes, closed)

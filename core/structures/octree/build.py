@@ -75,7 +75,7 @@ class Growing(NamedTuple):
     planes: np.ndarray
     first: np.ndarray
     begin: np.ndarray
-    count: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]
     level: np.ndarray
     arena: np.ndarray
     frontier: Frontier
@@ -309,5 +309,5 @@ def finish(tree: Growing) -> BuiltTree:
     call(move_lists, tree.arena, tree.begin[leaves], offsets, references)
     return BuiltTree(
         tree.boxes[0].copy(), tree.planes[inner], children.reshape(-1, 8), tree.level[old],
-        offsets, references,
+        offsets, references, (old + 7) // 8,  # every step made eight nodes
     )  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ...kernels import implements
 from ..subdivision.tree import (
     child,
@@ -18,6 +20,9 @@ from ..subdivision.tree import (
     push,
 )
 from .storage import OCTREES
+
+X, Y, Z = np.int64(0), np.int64(1), np.int64(2)
+"""The axes. Not the plain numbers, for each of which Numba would compile callees once more."""
 
 
 def leaf_index_of_octree(tree, node):
@@ -37,11 +42,11 @@ def expand_octree(tree, node, workspace, span, height):
     pushed last; it is taken off the stack again.
     """
     frame = workspace.frame
-    early_x, late_x = plane_times(frame, 0, tree.planes[node, 0])
-    early_y, late_y = plane_times(frame, 1, tree.planes[node, 1])
-    early_z, late_z = plane_times(frame, 2, tree.planes[node, 2])
+    early_x, late_x = plane_times(frame, X, tree.planes[node, 0])
+    early_y, late_y = plane_times(frame, Y, tree.planes[node, 1])
+    early_z, late_z = plane_times(frame, Z, tree.planes[node, 2])
     # The octant in which a ray from very far begins; crossing a plane changes one bit.
-    nearest = near_side(frame, 0) + 2 * near_side(frame, 1) + 4 * near_side(frame, 2)
+    nearest = near_side(frame, X) + 2 * near_side(frame, Y) + 4 * near_side(frame, Z)
     for x in range(1, -1, -1):
         if not (meets_far(span, early_x) if x == 1 else meets_near(span, late_x)):
             continue

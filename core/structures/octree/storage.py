@@ -18,6 +18,7 @@ reference lists to leaves, and every walk takes the same steps in all four.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -49,6 +50,8 @@ class BuiltTree(NamedTuple):
     offsets : (n_leaves + 1,) int64
     references : (N_OIV,) int32
         Ascending within a leaf.
+    order : (n_nodes,) int64
+        Step of the building in which a node was made, 0 for the root.
     """
 
     box: np.ndarray
@@ -57,6 +60,7 @@ class BuiltTree(NamedTuple):
     levels: np.ndarray
     offsets: np.ndarray
     references: np.ndarray
+    order: np.ndarray
 
 
 # ------------------------------------------------------------------------------------ pointers
@@ -280,7 +284,7 @@ def chain_lengths(tree: HashOctree) -> np.ndarray:
 # --------------------------------------------------------------------------------- in common
 
 
-def spread(tree: BuiltTree, root: int, name_of) -> np.ndarray:
+def spread(tree: BuiltTree, root: int, name_of: Callable) -> np.ndarray:
     """Return a name for every node, (n_nodes,) int64, each from its parent's and its octant."""
     names = np.full(len(tree.levels), root, np.int64)
     n_inner = len(tree.planes)

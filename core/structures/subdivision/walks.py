@@ -34,7 +34,7 @@ import numpy as np
 
 from ...geometry.rays import ALL, ANY
 from ...geometry.triangle import intersect
-from ...kernels import inlined, inner
+from ...kernels import inlined
 from ..contract import Found
 from ..steps import HIT, MAILBOX, NONE, POSTPONE, TEST, VISIT_EMPTY, VISIT_LEAF, note
 
@@ -118,11 +118,12 @@ class Best(NamedTuple):
     postponed: int
 
 
-NOTHING = Best(np.inf, NONE, 0, 0, 0, 0, 0)
+NOTHING = Best(np.inf, NONE, 0, 0, 0, 0, 0)  # type: ignore[arg-type]
 """Before the first leaf."""
 
 
-@inner
+# Inlined, not called: a fifth faster.
+@inlined
 def visit_leaf(structure, triangles, ray, number, workspace, log, node, index, enter, leave, best):
     """Test the triangles of a leaf; return the new :class:`Best`."""
     tree = structure.tree

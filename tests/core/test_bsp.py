@@ -1,0 +1,501 @@
+"""The BSP tree: convex cells and their areas, closed forms, hits, walks, stopping, bad input."""
+
+import dataclasses
+import functools
+import itertools
+import time
+
+import numpy as np
+import pytest
+from accelscope.core.errors import InputError
+from accelscope.core.evaluation.workloads import random_lines
+from accelscope.core.geometry.box import surface_area
+from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
+from accelscope.core.progress import Cancelled, Progress
+from accelscope.core.scene import Scene
+from accelscope.core.structures import bsp, structures
+from accelscope.core.structures.bsp.planes import directions_of
+from accelscope.core.structures.steps import (
+    HIT,
+    POSTPONE,
+    VISIT_EMPTY,
+    VISIT_INNER,
+    VISIT_LEAF,
+)
+from accelscope.sample_scenes import make_sample
+
+TREES = ("planes=autopartition", "planes=sah", "planes=fixed", "planes=fixed,directions=13")
+WALKS = ("recursive", "march", "segments", "heap")
+
+
+@functools.cache
+def tree_of(lab, scene_name, text):
+    structure = structures()["bsp"]
+    return structure.build(
+        lab.small_scene(scene_name), lab.settings_of(structure, f"{text},max_leaf_size=2")
+    )
+
+
+def walked(tree, walk, mailbox=False):
+    """Give a built tree another walk."""
+    tree.settings = dataclasses.replace(tree.settings, walk=walk, mailbox=mailbox)
+    tree.with_walk(tree.arrays.tree)
+    return tree
+
+
+def by_number(cells, values):
+    """Return figures of cells in the order of their numbers."""
+    ordered = np.empty_like(values)
+    ordered[cells.numbers] = values
+    return ordered
+
+
+def assert_mean(values, expected):
+    error = values.std() / np.sqrt(len(values))
+    assert abs(values.mean() - expected) < 4 * error + 1e-12, (values.mean(), expected, error)
+
+
+def lines(tree, count, seed=1):
+    """Random lines through the root's cell."""
+    box = tree.arrays.tree.box
+    return Rays.from_arrays(*random_lines(box[:3], box[3:], count, seed))
+
+
+# ------------------------------------------------------------------------------------- the cells
+
+
+def diagonal_planes():
+    """The six planes through opposite edges of the unit cube, one rectangle each."""
+    corners = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
+    triangles = []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        for side in ((0, 0), (0, 1)):
+            ends = np.array([[side[0], side[1]], [1 - side[0], 1 - side[1]]], dtype=float)
+            quad = np.zeros((4, 3))
+            quad[:, u], quad[:, v] = ends[[0, 1, 1, 0], 0], ends[[0, 1, 1, 0], 1]
+            quad[:, axis] = 0.0, 0.0, 1.0, 1.0
+            triangles += [quad[[0, 1, 2]], quad[[0, 2, 3]]]
+    assert np.isin(np.unique(np.concatenate(triangles)), corners).all()
+    return Scene.from_triangles(np.array(triangles), "diagonal planes")
+
+
+@pytest.mark.parametrize("candidates", [1, 4, 32])
+def test_a_cube_cut_along_its_diagonals(build, candidates):
+    """Six planes make 24 equal tetrahedra: over a quarter of a face, with the tip in the middle."""
+    scene = diagonal_planes()
+    text = f"planes=autopartition,max_leaf_size=0,padding=0,candidates={candidates}"
+    tree = build("bsp", scene, text)
+    assert tree.validate() == []
+    cells, figures = tree.cells(), tree.statistics()
+    leaf = cells.is_leaf
+    assert figures.N_V == 24
+    area = 0.25 + np.sqrt(0.5)
+    assert cells.areas[leaf] == pytest.approx(np.full(24, area), rel=1e-9)
+    assert cells.extra["volume"][leaf] == pytest.approx(np.full(24, 1 / 24), rel=1e-9)
+    assert (cells.extra["faces"][leaf] == 4).all()
+    assert figures.expected_leaves == pytest.approx(24 * area / 6, rel=1e-9)
+    _, counters = tree.trace(lines(tree, 100_000), ALL)
+    assert_mean(counters["N_ETS"], 4 * area)
+
+
+def test_one_diagonal_cut(build):
+    quad = np.array([[1.0, 0, 0], [0, 1, 0], [0, 1, 1], [1, 0, 1]])
+    scene = Scene.from_triangles(quad[[[0, 1, 2], [0, 2, 3]]], "diagonal")
+    tree = build("bsp", scene, "planes=autopartition,max_leaf_size=0,padding=0")
+    cells = tree.cells()
+    assert cells.areas == pytest.approx([6, 3 + np.sqrt(2), 3 + np.sqrt(2)], rel=1e-12)
+    assert cells.attributes()["area"] is cells.areas
+    assert sorted(cells.count) == [0, 0, 2]  # what lies in the plane is on one side
+    cut = cells.planes
+    assert cut.owners.tolist() == [0]
+    assert len(cut.points) == 4
+    assert np.allclose(cut.points[:, :2].sum(axis=1), 1)
+
+
+def test_three_directions_make_boxes(lab, build, scene_name):
+    tree = build("bsp", lab.small_scene(scene_name), "planes=fixed,directions=3,max_leaf_size=1")
+    cells = tree.cells()
+    assert cells.areas == pytest.approx(surface_area(cells.boxes), rel=1e-9)
+    volumes = np.prod(cells.boxes[:, 3:] - cells.boxes[:, :3], axis=1)
+    assert cells.extra["volume"] == pytest.approx(volumes, rel=1e-9)
+    assert (cells.extra["faces"] == 6).all()
+    assert tree.statistics().extra["oblique_planes"] == 0
+
+
+@pytest.mark.parametrize("text", TREES)
+def test_cells_are_closed_and_convex(lab, scene_name, text):
+    tree = tree_of(lab, scene_name, text)
+    assert tree.validate() == []
+    cells, grown, shell = tree.cells(), tree.grown, tree.arrays.tree.shell
+    points, offsets, owners = cells.faces
+    following = np.arange(len(points)) + 1
+    following[offsets[1:] - 1] = offsets[:-1]
+    middles = 0.5 * (cells.boxes[:, :3] + cells.boxes[:, 3:])
+    owner_of = np.repeat(owners, np.diff(offsets))
+    p = points - middles[owner_of]
+    twice = np.add.reduceat(np.cross(p, p[following]), offsets[:-1])
+    # The normals of a closed surface sum up to zero, and the pyramids to its volume.
+    around = np.zeros((len(cells), 3))
+    np.add.at(around, owners, 0.5 * twice)
+    assert (np.abs(around).max(axis=1) < 1e-8 * cells.areas).all()
+    np.testing.assert_allclose(
+        np.bincount(owners, 0.5 * np.linalg.norm(twice, axis=1)), cells.areas, rtol=1e-9
+    )
+    assert len(np.unique(owners)) == len(cells)
+    # Each cell lies on its side of its parent's plane.
+    place = np.empty(len(cells), np.int64)
+    place[cells.numbers] = np.arange(len(cells))
+    node = cells.numbers[owner_of]
+    below_root = node > 0
+    above = grown.parent[node]
+    height = (grown.planes[above, :3] * points).sum(axis=1) - grown.planes[above, 3]
+    height *= np.where(grown.link[above] == node, -1, 1)
+    assert (height[below_root] > -2 * shell).all()
+    # Polygons that are planes lie in them, and inside the cells.
+    cut, cut_offsets, cut_owners = cells.planes
+    assert np.array_equal(np.sort(cells.numbers[cut_owners]), np.flatnonzero(grown.link > 0))
+    inside = np.repeat(cut_owners, np.diff(cut_offsets))
+    number = cells.numbers[inside]
+    height = (grown.planes[number, :3] * cut).sum(axis=1) - grown.planes[number, 3]
+    assert (np.abs(height) <= 2 * shell).all()
+    assert (cut >= cells.boxes[inside, :3] - 2 * shell).all()
+    assert (cut <= cells.boxes[inside, 3:] + 2 * shell).all()
+    # Made one after the other, parents first.
+    order = by_number(cells, cells.extra["order"])
+    assert order[0] == 0
+    assert (order[1:] > order[grown.parent[1:]]).all()
+
+
+@pytest.mark.parametrize("text", TREES)
+def test_points_of_triangles_are_in_leaves_that_list_them(lab, scene_name, text):
+    tree = tree_of(lab, scene_name, text)
+    grown, shell = tree.grown, tree.arrays.tree.shell
+    rng = np.random.default_rng(1)
+    edges = tree.scene.triangles[:, 1:] - tree.scene.triangles[:, :1]
+    some_area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) > 0
+    which = rng.choice(np.flatnonzero(some_area), size=3000)
+    weights = rng.dirichlet([1, 1, 1], size=3000)
+    points = (tree.scene.triangles[which] * weights[:, :, None]).sum(axis=1)
+    node, near = np.zeros(3000, np.int64), np.zeros(3000, bool)
+    while (inner := grown.link[node] > 0).any():
+        height = (grown.planes[node, :3] * points).sum(axis=1) - grown.planes[node, 3]
+        near |= inner & (np.abs(height) <= 4 * shell)
+        node = np.where(inner, grown.link[node] + (height > 0), node)
+    leaf = -1 - grown.link[node]
+    for i in np.flatnonzero(~near):
+        begin, end = grown.offsets[leaf[i] : leaf[i] + 2]
+        assert which[i] in grown.references[begin:end]
+
+
+@pytest.mark.parametrize("count", [3, 7, 9, 13])
+def test_fixed_directions(lab, build, count):
+    directions = directions_of(count)
+    assert directions.shape == (count, 3)
+    assert np.allclose(np.linalg.norm(directions, axis=1), 1)
+    parallel = np.abs(directions @ directions.T) - np.eye(count)
+    assert parallel.max() < 0.99
+    tree = build("bsp", lab.small_scene("suzanne"), f"planes=fixed,directions={count}")
+    used = tree.grown.planes[tree.grown.link > 0, :3]
+    assert (np.abs(used @ directions.T).max(axis=1) > 1 - 1e-12).all()
+
+
+# ------------------------------------------------------------------------------------ the figures
+
+
+@pytest.mark.parametrize("text", TREES)
+@pytest.mark.parametrize("sample", ["suzanne", "tetra", "soup", "teapot_in_stadium"])
+def test_random_lines_visit_what_the_areas_say(lab, sample, text):
+    tree = walked(tree_of(lab, sample, text), "recursive")
+    figures = tree.statistics()
+    assert figures.N_V == figures.N_IN + 1
+    _, counters = tree.trace(lines(tree, 100_000), ALL)
+    assert_mean(counters["N_TS"], figures.expected_inner + figures.expected_leaves)
+    assert_mean(counters["N_ETS"], figures.expected_leaves)
+    assert_mean(counters["N_EETS"], figures.extra["expected_empty"])
+    assert_mean(counters["N_IT"], figures.expected_tests)
+
+
+@pytest.mark.parametrize("text", TREES)
+def test_each_cell_is_visited_as_its_area_says(lab, text):
+    tree = walked(tree_of(lab, "mount", text), "recursive")
+    rays = lines(tree, 2500)
+    visits = np.zeros(len(tree.grown.link), np.int64)
+    for i in range(len(rays)):
+        steps = tree.record(rays, i, ALL)
+        np.add.at(
+            visits, steps.cell[np.isin(steps.kind, (VISIT_INNER, VISIT_LEAF, VISIT_EMPTY))], 1
+        )
+    share = tree.grown.area / tree.grown.area[0]
+    error = np.sqrt(len(rays) * share * (1 - share))
+    likely = len(rays) * share > 25  # where counts are as good as normally distributed
+    off = np.abs(visits - len(rays) * share)[likely] / np.maximum(error[likely], 1e-9)
+    assert visits[0] == len(rays)
+    assert likely.sum() > 20
+    assert off[1:].max() < 4
+
+
+def test_oblique_planes_lower_the_cost(lab, build):
+    """What the axes alone can do, all planes together can do better."""
+    for sample in ("suzanne", "soup"):
+        scene, text = lab.small_scene(sample), "max_leaf_size=2,empty_bonus=0"
+        three = build("bsp", scene, f"planes=fixed,directions=3,{text}").statistics()
+        every = build("bsp", scene, f"planes=sah,{text}").statistics()
+        assert every.extra["oblique_planes"] > 0.1 * every.N_IN
+        assert every.sah < three.sah
+
+
+# ------------------------------------------------------------------------------------------ hits
+
+
+def rays_in_cells(tree, n):
+    """Rays between corners of the polyhedra, from these, and within the planes."""
+    rng = np.random.default_rng(4)
+    cells = tree.cells()
+    corners = cells.faces.points
+    size = float(np.ptp(corners, axis=0).max())
+    families = {}
+
+    def pick():
+        return corners[rng.integers(len(corners), size=n)]
+
+    o = pick()
+    families["corner to corner"] = o, pick() - o
+    families["from corners"] = pick(), rng.normal(size=(n, 3))
+    families["beyond corners"] = (o := pick()), o + 1e-14 * size - pick()
+    if len(cells.planes.points):
+        cut, offsets, _ = cells.planes
+        which = rng.integers(len(offsets) - 1, size=n)
+        a, b, c = (cut[offsets[which] + i] for i in range(3))
+        w = rng.normal(size=(4, n, 1))
+        o = a + w[0] * (b - a) + w[1] * (c - a)
+        families["in planes"] = o, w[2] * (b - a) + w[3] * (c - a)
+        families["along cuts"] = a - (b - a), b - a
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        normal /= np.where(length > 0, length, 1)
+        families["beside planes"] = o + 1e-12 * size * normal, w[2] * (b - a) + w[3] * (c - a)
+        families["nearly in planes"] = o, w[2] * (b - a) + w[3] * (c - a) + 1e-13 * size * normal
+    return families
+
+
+@pytest.mark.parametrize("text", TREES)
+def test_hits_are_those_of_brute_force(lab, scene_name, text):
+    tree = tree_of(lab, scene_name, text)
+    rays, names, want, _ = lab.truth(scene_name)
+    in_cells, cell_names = lab.batch_of(rays_in_cells(tree, 200))
+    naive = structures()["naive"]
+    at_cells, _ = naive.build(lab.small_scene(scene_name), naive.Settings()).trace(in_cells)
+    for walk, mailbox in itertools.product(WALKS, (False, True)):
+        walked(tree, walk, mailbox)
+        for query in (CLOSEST, ALL):
+            got, _ = tree.trace(rays, query)
+            assert lab.differences(names, want, got) == {}, (walk, mailbox, query)
+        got, _ = tree.trace(rays, ANY)
+        assert lab.any_differences(names, want, got) == {}, (walk, mailbox)
+        got, _ = tree.trace(in_cells)
+        assert lab.differences(cell_names, at_cells, got) == {}, (walk, mailbox)
+
+
+def leaves(steps):
+    """Return the leaves of a recorded walk, in order."""
+    return steps.cell[np.isin(steps.kind, (VISIT_LEAF, VISIT_EMPTY))]
+
+
+@pytest.mark.parametrize("text", TREES)
+@pytest.mark.parametrize("query", [CLOSEST, ALL])
+def test_all_walks_visit_the_same_leaves(lab, scene_name, text, query):
+    tree = tree_of(lab, scene_name, text)
+    rays, _, _, _ = lab.truth(scene_name)
+    in_cells, _ = lab.batch_of(rays_in_cells(tree, 15))
+    for batch in (rays.select(np.arange(0, len(rays), 131)), in_cells):
+        want = None
+        for walk in WALKS:
+            walked(tree, walk)
+            got = [leaves(tree.record(batch, i, query)).tolist() for i in range(len(batch))]
+            want = want or got
+            assert got == want, walk
+            _, counters = tree.trace(batch, query)
+            assert counters["N_ETS"].tolist() == [len(each) for each in got]
+
+
+@pytest.mark.parametrize("walk", WALKS)
+@pytest.mark.parametrize("mailbox", [False, True])
+def test_recording_is_counting(lab, walk, mailbox):
+    tree = walked(tree_of(lab, "suzanne", "planes=sah"), walk, mailbox)
+    rays, _, _, _ = lab.truth("suzanne")
+    rays = rays.select(np.arange(0, len(rays), 61))
+    for query in (CLOSEST, ANY, ALL):
+        hits, counters = tree.trace(rays, query)
+        for i in range(len(rays)):
+            steps = tree.record(rays, i, query)
+            assert steps.tally() == {name: int(counters[name][i]) for name in steps.tally()}
+            found = steps.primitive[np.isin(steps.kind, (HIT, POSTPONE))]
+            assert (found[-1] if len(found) else -1) == hits.primitive[i]
+
+
+def test_marching_goes_down_from_the_root_for_every_leaf(lab):
+    tree = tree_of(lab, "suzanne", "planes=sah")
+    rays = lines(tree, 300)
+    _, recursive = walked(tree, "recursive").trace(rays, ALL)
+    _, march = walked(tree, "march").trace(rays, ALL)
+    for i in range(len(rays)):
+        steps = tree.record(rays, i, ALL)
+        assert march["N_TS"][i] == (tree.grown.depth[leaves(steps)] + 1).sum()
+        visits = np.isin(steps.kind, (VISIT_LEAF, VISIT_EMPTY))
+        # Consecutive cells touch exactly.
+        assert np.array_equal(steps.t_enter[visits][1:], steps.t_exit[visits][:-1])
+    assert (recursive["N_TS"] <= march["N_TS"]).all()
+
+
+# -------------------------------------------------------------------------------------- stopping
+
+
+def shape(tree):
+    """Return the cells of a tree, whatever the order in which they were made."""
+    grown = tree.grown
+
+    def nested(node):
+        left = int(grown.link[node])
+        if left < 0:
+            begin, end = grown.offsets[-1 - left : 1 - left]
+            return tuple(grown.references[begin:end].tolist())
+        return tuple(grown.planes[node].tolist()), nested(left), nested(left + 1)
+
+    return nested(0)
+
+
+@pytest.mark.parametrize("text", TREES)
+def test_a_budget_of_cells(lab, build, text):
+    scene = lab.small_scene("suzanne")
+    full = build("bsp", scene, text)
+    nodes = len(full.grown.link)
+    for order in ("fifo", "priority", "depth_first"):
+        for budget in (1, 2, 3, 50, nodes - 1, nodes, 10 * nodes):
+            tree = build("bsp", scene, f"{text},order={order},budget={budget}")
+            used = len(tree.grown.link)
+            assert min(budget, nodes) - 1 <= used <= min(budget, nodes)
+            if budget < 100:
+                assert tree.validate() == []
+        assert shape(tree) == shape(full)
+
+
+def test_a_queue_fills_the_levels_in_turn(build):
+    scene = make_sample("suzanne:subdivisions=1")
+    text = "planes=fixed,directions=3,max_leaf_size=0,budget=501,max_depth=30"
+    fifo, depth, priority = (
+        build("bsp", scene, f"{text},order={order}").statistics()
+        for order in ("fifo", "depth_first", "priority")
+    )
+    assert fifo.max_depth < depth.max_depth
+    assert priority.expected_tests < fifo.expected_tests < depth.expected_tests
+
+
+def test_depth_and_leaf_size(lab, build):
+    scene = lab.small_scene("soup")
+    for text, depth in itertools.product(TREES, (1, 2, 7)):
+        figures = build("bsp", scene, f"{text},max_depth={depth},max_leaf_size=0").statistics()
+        assert figures.max_depth == depth
+    figures = build("bsp", scene, "max_leaf_size=500").statistics()
+    assert (figures.N_V, figures.N_OIV) == (1, 500)
+
+
+class CancelAt(Progress):
+    def __init__(self, report):
+        self.left = report
+        self.latest = 0.0
+
+    def report(self, done, total, text):
+        assert self.latest <= done <= total == 1.0
+        self.latest = done
+        self.left -= 1
+        if self.left < 0:
+            raise Cancelled
+
+
+@pytest.mark.parametrize("text", TREES)
+@pytest.mark.parametrize("report", [0, 1, 5])
+def test_a_build_stops(lab, text, report):
+    scene = make_sample("soup:count=50000,edge=0.02")
+    tree = structures()["bsp"]
+    with pytest.raises(Cancelled):
+        tree.build(scene, lab.settings_of(tree, text), CancelAt(report))
+
+
+# ------------------------------------------------------------------------------------- bad input
+
+
+def trace_like_naive(build, tree, count=300):
+    rays = lines(tree, count)
+    want, _ = build("naive", tree.scene).trace(rays)
+    got, _ = tree.trace(rays)
+    assert np.array_equal(want.t, got.t)
+    assert np.array_equal(want.primitive, got.primitive)
+
+
+def bad_scene(name):
+    rng = np.random.default_rng(1)
+    if name == "one plane":
+        corners = rng.random((3000, 3, 3))
+        corners[:, :, 2] = corners[:, :, :2].sum(axis=2)
+        return corners
+    if name == "through one point":
+        corners = rng.normal(size=(4000, 3, 3))
+        corners[:, 2] = -0.5 * (corners[:, 0] + corners[:, 1])
+        return corners
+    if name == "long":
+        return rng.random((5000, 1, 3)) * [1e6, 1, 1] + rng.random((5000, 3, 3))
+    return np.repeat(rng.random((1, 3, 3)), 5000, axis=0)  # identical
+
+
+@pytest.mark.parametrize("name", ["one plane", "through one point", "long", "identical"])
+@pytest.mark.parametrize("text", TREES)
+@pytest.mark.parametrize("limits", ["", "max_leaf_size=0,max_depth=60"])
+def test_bad_scenes(build, name, text, limits, monkeypatch):
+    """A right answer, or where no split helps a refusal, in time."""
+    monkeypatch.setattr(bsp.build, "MOST_REFERENCES", 1 << 17)
+    scene = Scene.from_triangles(bad_scene(name), name)
+    start = time.process_time()
+    message = ""
+    try:
+        tree = build("bsp", scene, f"{text},{limits}")
+    except InputError as error:
+        message = str(error)
+        tree = build("bsp", scene, f"{text},max_depth=5")
+    assert not message or limits or name in ("through one point", "one plane")
+    assert not message or "lower max_depth, raise max_leaf_size or set a budget" in message
+    assert time.process_time() - start < 60
+    assert tree.validate() == []
+    trace_like_naive(build, tree)
+
+
+def test_a_budget_of_one_cell(lab, build, scene_name):
+    tree = build("bsp", lab.small_scene(scene_name), "budget=1")
+    assert tree.validate() == []
+    assert tree.statistics().N_V == 1
+    trace_like_naive(build, tree, 50)
+
+
+# ---------------------------------------------------------------------------------------- damage
+
+
+def test_damage_is_found(lab, build):
+    tree = build("bsp", lab.small_scene("soup"), "max_leaf_size=2")
+    grown = tree.grown
+    ids, counts = np.unique(grown.references, return_counts=True)
+    place = int(np.flatnonzero(grown.references == ids[counts > 2][0])[1])
+    offsets = grown.offsets.copy()
+    offsets[np.searchsorted(offsets, place, side="right") :] -= 1
+    references = np.delete(grown.references, place)
+    tree.grown = grown._replace(references=references, offsets=offsets)
+    tree.with_walk(tree.arrays.tree._replace(references=references, offsets=offsets))
+    assert tree.validate() == ["the leaves that list a triangle do not cover it"]
+    moved = grown.planes.copy()
+    moved[0, 3] += 0.1
+    tree.grown = grown._replace(planes=moved)
+    tree.with_walk(tree.arrays.tree._replace(offsets=grown.offsets, references=grown.references))
+    assert "the leaves do not fill the root" in tree.validate()
+    tree.grown = grown._replace(area=1.01 * grown.area)
+    assert tree.validate() == [
+        "the areas that the builder reckoned with are not those of the cells"
+    ]
