@@ -52,10 +52,10 @@ class Session:
         The recorded walk of ray number `step_index`.
     legend : list of (str, str)
         What is drawn of that walk: names of colours, and texts.
-    has_links : bool
-        Whether the structure links leaves to their neighbours.
     linked_leaf : int
         Number of the leaf whose links are drawn, -1 for none.
+    links : tuple of (segments, colours)
+        The picture of those links.
     watched : list of Snapshot
         Those that handlers keep an eye on: the one above, and one that is being built over.
     undone : bool
@@ -70,8 +70,8 @@ class Session:
     steps: Steps | None = None
     step_index: int = -1
     legend: list[tuple[str, str]] = field(default_factory=list)
-    has_links: bool = False
     linked_leaf: int = -1
+    links: tuple[np.ndarray, np.ndarray] | None = None
     watched: list[Snapshot] = field(default_factory=list)
     undone: bool = False
 
@@ -91,9 +91,6 @@ class Session:
         """Replace everything by a new structure, and draw it."""
         self.snapshot, self.built, self.cells, self.record = snapshot, built, cells, record
         self.traced = None
-        # If one leaf has links, all have: only a root without children has none.
-        first_leaf = int(cells.numbers[cells.is_leaf][0])
-        self.has_links = len(built.structure.links(first_leaf)) > 0
         self.watch_built()
         self._clear_paths()
         overlay.set_cells(cells)
@@ -110,21 +107,23 @@ class Session:
 
     def set_linked_leaf(self, number: int) -> None:
         """Choose the leaf whose links are drawn; -1 for none."""
+        from ..core.evaluation.ray_path import links_of
+
+        assert self.built is not None
+        assert self.cells is not None
         self.linked_leaf = number
+        # Kept, since finding them goes through the whole tree.
+        self.links = links_of(self.built.structure, self.cells, number) if number >= 0 else None
 
     def draw_paths(self, event: int | None = None) -> None:
         """Draw the recorded ray, up to an event if one is given, and the links of the leaf."""
-        from ..core.evaluation import ray_path
+        from ..core.evaluation.ray_path import legend, segments_of
 
-        paths = []
+        paths = [] if self.links is None else [self.links]
         if self.steps is not None:
             walk = self._walk()
-            paths.append(ray_path.segments_of(walk, event))
-            self.legend = ray_path.legend(walk, event)
-        if self.linked_leaf >= 0:
-            assert self.built is not None
-            assert self.cells is not None
-            paths.append(ray_path.links_of(self.built.structure, self.cells, self.linked_leaf))
+            paths.append(segments_of(walk, event))
+            self.legend = legend(walk, event)
         if paths:
             overlay.set_paths(*(np.concatenate(parts) for parts in zip(*paths)))
         else:
@@ -143,8 +142,12 @@ class Session:
         )  # fmt: skip
 
     def _clear_paths(self) -> None:
-        self.step_index, self.steps, self.legend, self.linked_leaf = -1, None, [], -1
+        self._forget_paths()
         overlay.set_paths(None)
+
+    def _forget_paths(self) -> None:
+        self.step_index, self.steps, self.legend = -1, None, []
+        self.linked_leaf, self.links = -1, None
 
     def clear(self) -> None:
         """Drop all results and stop drawing."""
@@ -152,7 +155,7 @@ class Session:
             overlay.disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
         self.watched, self.undone = [], False
-        self.step_index, self.steps, self.legend, self.linked_leaf = -1, None, [], -1
+        self._forget_paths()
 
     # Asking.
 
@@ -176,6 +179,12 @@ class Session:
         if settings != self.built.structure.settings:
             return Status(False, "Out of date: the settings were changed")
         return Status(True, "Up to date")
+
+    def has_links(self) -> bool:
+        """Say whether the structure links leaves to their neighbours."""
+        from ..core.structures.contract import Structure
+
+        return self.built is not None and type(self.built.structure).links is not Structure.links
 
     def event_text(self, event: int) -> str:
         """Say what happens in an event of the recorded ray."""

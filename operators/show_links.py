@@ -33,7 +33,7 @@ class ACCELSCOPE_OT_show_links(bpy.types.Operator):
         if session.current.built is None:
             cls.poll_message_set("Build a structure first")
             return False
-        if not session.current.has_links:
+        if not session.current.has_links():
             cls.poll_message_set("The leaves of this structure have no links to their neighbours")
             return False
         return True

@@ -102,8 +102,9 @@ def test_path_ends_at_the_hit_and_shows_the_nodes(bpy: Any, traced: Any, current
         assert np.isfinite(segments).all()
         tally = steps.tally()
         is_hit = bool(np.isfinite(t))
-        # A BVH enters no node twice: one ray, 12 edges a node, 3 a triangle, the hit once more.
-        assert len(segments) == 1 + 12 * tally["N_TS"] + 3 * tally["N_IT"] + 3 * is_hit
+        # A BVH enters no node twice: one ray, 12 edges a node, 3 a triangle, the hit once more
+        # with its star.
+        assert len(segments) == 1 + 12 * tally["N_TS"] + 3 * tally["N_IT"] + 6 * is_hit
         np.testing.assert_array_equal(segments[0, 0], rays.origins[index])
         if is_hit:
             np.testing.assert_allclose(
