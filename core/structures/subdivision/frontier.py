@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...kernels import inner
+from ...kernels import inner, kernel
 from ...settings import setting
 
 DEPTH_FIRST, FIFO, PRIORITY = range(3)
@@ -102,7 +102,7 @@ def put(frontier, order, node, key):
     nodes[i], keys[i] = node, key
 
 
-@inner
+@kernel
 def peek(frontier, order):
     """Return the next candidate; it stays."""
     if order == DEPTH_FIRST:
