@@ -40,7 +40,11 @@ def test_arguments(refused, arguments, words):
 @pytest.mark.parametrize(
     ("option", "spec", "words"),
     [
-        ("--structure", "tree", "no structure 'tree'; known are: bsp, bvh, grid, kdtree, macro_grid, naive, octree"),
+        (
+            "--structure",
+            "tree",
+            "no structure 'tree'; known are: bsp, bvh, grid, kdtree, macro_grid, naive, octree",
+        ),
         ("--structure", "", "no structure ''; known are: "),
         ("--structure", "all:bins=3", "all"),
         ("--structure", "bvh:leaf=3", "'leaf'; its settings are: builder, max_leaf_size, bins"),

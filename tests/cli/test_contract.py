@@ -139,7 +139,8 @@ def test_figures_are_means_over_all_rays(evaluate, tmp_path):
     assert record["trace"]["hits"] == (~missed).sum()
     for name in COUNTER_NAMES:
         assert record["trace"][name] == hits[name].sum() / 999
-        assert hits[name].sum() > 0
+        # Only macro-cells skip.
+        assert (hits[name].sum() > 0) == (name != "cells_skipped")
 
 
 def test_csv_is_json_flattened_in_full_precision(run, tmp_path):

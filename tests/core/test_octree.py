@@ -434,7 +434,8 @@ HARD = {"point": lambda: through_a_point(300), "long": long_scene, "sheet": shee
 @pytest.mark.parametrize(
     "text",
     ["max_depth=0", "max_depth=60,max_leaf_size=40", "max_depth=4,max_leaf_size=0", "budget=1",
-     "max_depth=60,max_leaf_size=40,planes=adaptive", "padding=0", "overlap=open,padding=0"],
+     "max_depth=60,max_leaf_size=40,planes=adaptive", "max_depth=5,padding=0",
+     "max_depth=5,overlap=open,padding=0"],
 )  # fmt: skip
 def test_hard_scenes_come_out_right(lab, build, make, text):
     scene = HARD[make]()

@@ -135,6 +135,11 @@ def make_plane(corners, triangle, which, plane):
     ex, fx = corners[triangle, second, 0] - ax, corners[triangle, third, 0] - ax
     ey, fy = corners[triangle, second, 1] - ay, corners[triangle, third, 1] - ay
     ez, fz = corners[triangle, second, 2] - az, corners[triangle, third, 2] - az
+    # Relative to one of the edges, lest products of very long or short ones leave the range.
+    size = max(abs(ex), abs(ey), abs(ez))
+    if size == 0.0:
+        return False
+    ex, ey, ez, fx, fy, fz = ex / size, ey / size, ez / size, fx / size, fy / size, fz / size
     x, y, z = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
     if which != OWN:
         x, y, z = y * ez - z * ey, z * ex - x * ez, x * ey - y * ex

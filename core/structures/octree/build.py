@@ -31,6 +31,11 @@ Where triangles meet in one point, are long compared with the cells, or leaves a
 than meet, every level multiplies the cells and helps nobody.
 """
 
+MANY, IN_VAIN = 64, 3
+"""A cell of more than MANY triangles is not split where as many levels above it were IN_VAIN:
+several octants got all of the triangles, the others none. Identical triangles would fill their
+cells down to the last level."""
+
 FINISHED, NEEDS_NODES, NEEDS_ARENA, PAUSED = range(4)
 """Why :func:`subdivide` returns."""
 
@@ -61,7 +66,8 @@ class Growing(NamedTuple):
     boxes : (capacity, 6) float64
     planes : (capacity, 3) float64
     first : (capacity,) int32
-        First of eight children in a row, -1 for leaves.
+        First of eight children in a row; for leaves -1, less the number of levels in a row above
+        them that were split in vain.
     begin, count : (capacity,) int64
         Reference list in the arena.
     level : (capacity,) uint8
@@ -100,6 +106,8 @@ def area_of(box):
 @inner
 def offer(tree, node, rule):
     """Put a node into the frontier if it may be split."""
+    if tree.count[node] > MANY and tree.first[node] <= -1 - IN_VAIN:
+        return
     if tree.count[node] > rule.max_leaf_size and tree.level[node] < rule.max_depth:
         put(tree.frontier, rule.order, node, area_of(tree.boxes[node]) * tree.count[node])
 
@@ -152,12 +160,16 @@ def subdivide(tree, rule, scratch, work):
         if n_arena + total > len(arena):
             return NEEDS_ARENA
         drop(frontier, rule.order)
+        mark = tree.first[node] - 1 if total > count else np.int32(-1)
+        for octant in range(8):
+            if 0 < scratch.counts[octant] < count:
+                mark = np.int32(-1)
         tree.first[node] = n_nodes
         tree.used[0], tree.used[1] = n_nodes + 8, n_arena + total
         for octant in range(8):
             new = n_nodes + octant
             octant_box(cell, planes, octant, tree.boxes[new])
-            tree.first[new] = -1
+            tree.first[new] = mark
             tree.level[new] = tree.level[node] + 1
             tree.begin[new], tree.count[new] = n_arena, scratch.counts[octant]
             scratch.counts[octant] = n_arena  # from here on: place of the next reference
