@@ -9,8 +9,8 @@ import sys
 import numpy as np
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.kernels import kernel
-from accelscope.core.structures.kdtree import depth_limit
 from accelscope.core.structures.kdtree.clip import POLYGON_SIZE, divide_reference
+from accelscope.core.structures.subdivision.structure import depth_limit
 
 
 @kernel
@@ -89,7 +89,7 @@ def choose(settings, cell, boxes, counts):
 def build(scene, triangles, settings, cell, counts):
     """Return the tree as nested tuples: (axis, position, left, right), or a leaf's triangles."""
     polygon = np.empty((2 * POLYGON_SIZE, 3))
-    max_depth = depth_limit(settings, len(scene))
+    max_depth = depth_limit(settings.max_depth, len(scene))
     sys.setrecursionlimit(10_000)
 
     def grow(cell, ids, boxes, depth):

@@ -31,6 +31,8 @@ from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, order_se
 from ..subdivision.structure import (
     Subdivision,
     Topology,
+    depth_limit,
+    depth_setting,
     mailbox_setting,
     padded_box,
     padding_setting,
@@ -90,15 +92,7 @@ class BspSettings:
             "heap": "Depth-first with a priority queue of cells",
         },
     )
-    max_depth: int = setting(
-        0,
-        "Max Depth",
-        "Level K at which subdivision ends; 0 for 8 + 1.3 log2 N of N triangles",
-        unit="levels",
-        minimum=0,
-        maximum=60,
-        unset="auto",
-    )
+    max_depth: int = depth_setting()
     max_leaf_size: int = setting(
         8,
         "Max Leaf Size",
@@ -151,7 +145,7 @@ class Bsp(Subdivision):
         box = padded_box(scene.lower, scene.upper, settings.padding)
         shell = SHELL * float(np.abs(box).max())
         limits = Limits(
-            settings.max_depth or round(8 + 1.3 * np.log2(len(scene))),
+            depth_limit(settings.max_depth, len(scene)),
             settings.max_leaf_size,
             settings.budget or 2**31 - 1,
             ORDERS[settings.order] if settings.budget else DEPTH_FIRST,

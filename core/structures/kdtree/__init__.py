@@ -32,6 +32,8 @@ from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, order_se
 from ..subdivision.structure import (
     Subdivision,
     Topology,
+    depth_limit,
+    depth_setting,
     links_setting,
     mailbox_setting,
     padded_box,
@@ -62,16 +64,7 @@ class KdTreeSettings:
     )
     walk: str = walk_setting()
     links: str = links_setting()
-    max_depth: int = setting(
-        -1,
-        "Max Depth",
-        "Level K at which subdivision ends, the root has level 0; -1 for 8 + 1.3 log2 N of N "
-        "triangles",
-        unit="levels",
-        minimum=-1,
-        maximum=60,
-        unset="auto",
-    )
+    max_depth: int = depth_setting()
     max_leaf_size: int = setting(
         12,
         "Max Leaf Size",
@@ -103,11 +96,6 @@ class KdTreeSettings:
 
 SUBTREE = 1 << 15
 """References up to which a subtree is built by one thread, in memory that fits its cache."""
-
-
-def depth_limit(settings: KdTreeSettings, count: int) -> int:
-    """Return the depth at which splitting ends, in a scene of `count` triangles."""
-    return settings.max_depth if settings.max_depth >= 0 else round(8 + 1.3 * np.log2(count))
 
 
 def build_tree(
@@ -156,7 +144,7 @@ def build_tree(
         memory = start_static(boxes, cell)
     in_order = settings.budget > 0 or settings.order == "priority"
     limits = Limits(
-        depth_limit(settings, count), settings.max_leaf_size, settings.budget or 2**62,
+        depth_limit(settings.max_depth, count), settings.max_leaf_size, settings.budget or 2**62,
         ORDERS[settings.order] if in_order else DEPTH_FIRST,
         0 if in_order or count <= SUBTREE else SUBTREE,
     )  # fmt: skip

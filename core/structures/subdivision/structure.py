@@ -62,6 +62,25 @@ def padding_setting() -> Any:
     )
 
 
+def depth_setting() -> Any:
+    """Declare the depth of a binary tree, which may follow from the number of triangles."""
+    return setting(
+        -1,
+        "Max Depth",
+        "Level K at which subdivision ends, the root has level 0; -1 for 8 + 1.3 log2 N of N "
+        "triangles",
+        unit="levels",
+        minimum=-1,
+        maximum=60,
+        unset="auto",
+    )
+
+
+def depth_limit(max_depth: int, count: int) -> int:
+    """Return the depth at which splitting ends in a scene of `count` triangles (pbrt's rule)."""
+    return max_depth if max_depth >= 0 else round(8 + 1.3 * np.log2(count))
+
+
 def mailbox_setting() -> Any:
     """Declare the mailbox."""
     return setting(False, "Mailbox", "Test a triangle at most once per ray")
