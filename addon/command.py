@@ -284,7 +284,7 @@ def evaluate(arguments: argparse.Namespace, open_file: Callable[[], Scene] | Non
                 if arguments.hits:
                     write_hits(Path(arguments.hits), scene, traced)
             if gallery:
-                gallery.add(built, records[-len(chosen_workloads) :])
+                gallery.add(built, records[-len(chosen_workloads) :], rays_of)
     if arguments.json and arguments.json != "-":
         write_text(arguments.json, to_json_text(records) + "\n")
     if arguments.csv:

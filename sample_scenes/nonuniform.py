@@ -6,14 +6,14 @@ larger ones: the ray passes 13 cells instead of 17. In both it is tested against
 once, since the mailbox is on.
 
 The lecture's picture is a plane one, and so is this scene seen along y: an object is a triangle
-that reaches through the whole cube, so that what a cell holds does not depend on y. The camera
-stands where the ray begins and looks along it; a picture of one pixel is that ray. N_ETS of these
-two records are the numbers of cells, N_IT the tests::
+that reaches through the whole cube, so that what a cell holds does not depend on y. The scene's
+own camera looks along y. The ray is a picture of one pixel from elsewhere. N_ETS of these two
+records are the numbers of cells, N_IT the tests; with ``--pictures`` the ray is drawn::
 
-    accelscope evaluate sample:nonuniform --rays camera:width=1,height=1 --structure
+    accelscope evaluate sample:nonuniform --structure
         octree:max_depth=4,max_leaf_size=1,padding=0,mailbox=true
-    accelscope evaluate sample:nonuniform --rays camera:width=1,height=1 --structure
         grid:resolution=16x1x16,padding=0,mailbox=true
+        --rays camera:width=1,height=1,from=-4.85x6.1x4.9,at=9.7x6.1x16
 
 Source: J. Pelikan, Acceleration Techniques for Ray-Tracing, "Nonuniform subdivision of space".
 """
@@ -44,8 +44,8 @@ OBJECTS = np.array(
 )
 """Per object the lowest x and z, and its extent along x and z."""
 
-RAY = np.array([(-4.85, 6.1, 4.9), (9.7, 6.1, 16.0)])
-"""Where the ray begins, and where it leaves the cube."""
+EYE = np.array([0.5 * SIDE, -24.0 * SIDE, 0.5 * SIDE])
+"""Where the camera stands: far away, so that what lies behind one another is seen as one."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,8 @@ def generate(settings: Settings) -> Scene:
     triangles = np.stack([np.stack(corner, axis=1) for corner in corners], axis=1)
     # Rounding of 14.8 + 1.2 must not move the border of the cube.
     triangles = np.minimum(triangles, SIDE)
-    camera = Camera(RAY[0], RAY[1], np.array([0.0, 1.0, 0.0]), 90.0)
+    centre = np.full(3, 0.5 * SIDE)
+    camera = Camera(EYE, centre, np.array([0.0, 0.0, 1.0]), 2.8)
     return Scene.from_triangles(
         triangles,
         "nonuniform",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -56,8 +57,14 @@ class Gallery:
         self._rows: list[str] = []
         self._names: set[str] = set()
 
-    def add(self, built: Built, records: list[dict[str, Any]]) -> None:
-        """Draw a structure: its upper levels, its leaves, its building, and a ray's walk."""
+    def add(
+        self, built: Built, records: list[dict[str, Any]], batches: Sequence[Rays] = ()
+    ) -> None:
+        """Draw a structure: its upper levels, its leaves, its building, and a ray's walk.
+
+        Of several batches of rays that were traced, one that is a single ray is the ray to show;
+        without any, one is chosen.
+        """
         structure = built.structure
         scene = structure.scene
         if scene.source not in self._views:
@@ -73,7 +80,8 @@ class Gallery:
             for number, share in enumerate(SNAPSHOTS, 1):
                 pictures.append((f"built-{number}", *picture_of_building(view, cells, share)))
         if len(cells) > 1:
-            pictures.append(("ray", *picture_of_ray(view, structure, cells)))
+            single = next((rays for rays in batches if len(rays) == 1), None)
+            pictures.append(("ray", *picture_of_ray(view, structure, cells, single)))
         shown = []
         for kind, caption, image in pictures:
             file = f"{stem}-{kind}.png"
@@ -154,9 +162,14 @@ def picture_of_building(view: View, cells: Cells, share: float) -> tuple[str, np
     return caption, edges_over(view, cells, there)
 
 
-def picture_of_ray(view: View, structure: Structure, cells: Cells) -> tuple[str, np.ndarray]:
-    """Return caption and image of the walk of one ray."""
-    rays, widths = crossing_rays(view, structure)
+def picture_of_ray(
+    view: View, structure: Structure, cells: Cells, single: Rays | None = None
+) -> tuple[str, np.ndarray]:
+    """Return caption and image of the walk of one ray: that given, or one that is legible."""
+    if single is None:
+        rays, widths = crossing_rays(view, structure)
+    else:
+        rays, widths = single, np.ones(1)
     hits, _ = structure.trace(rays)
     sizes = np.zeros(int(cells.numbers.max()) + 1)
     sizes[cells.numbers] = np.linalg.norm(cells.boxes[:, 3:] - cells.boxes[:, :3], axis=1)

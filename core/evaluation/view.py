@@ -22,6 +22,9 @@ SURFACE = np.array([0.80, 0.80, 0.79])
 HIDDEN = 0.22
 """Opacity of lines behind the mesh."""
 
+MIDDLE = 0.2, 0.8
+"""From where to where the middle of a picture goes, as shares of its width and height."""
+
 PIXELS_AT_ONCE = 1 << 21
 """Pixels of faces that are worked on at once: as much as stays in the cache."""
 
@@ -75,7 +78,7 @@ class View:
         self._scale = max(self.width, self.height) / 2 / np.tan(np.radians(self.camera.fov) / 2)
 
     def points(self, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is seen of the mesh at the nodes of a grid over the picture.
+        """Return what is seen of the mesh at the nodes of a grid over the middle of the picture.
 
         Returns
         -------
@@ -83,8 +86,8 @@ class View:
         widths : (n,) float64
             Width of the picture at their depths, in scene units.
         """
-        row = ((np.arange(rows) + 0.5) / rows * self.height).astype(np.int64).repeat(columns)
-        column = np.tile(((np.arange(columns) + 0.5) / columns * self.width).astype(np.int64), rows)
+        row = (self.height * np.linspace(*MIDDLE, rows)).astype(np.int64).repeat(columns)
+        column = np.tile((self.width * np.linspace(*MIDDLE, columns)).astype(np.int64), rows)
         depth = self.depth[row, column]
         hit = np.isfinite(depth)
         row, column, depth = row[hit], column[hit], depth[hit, None]

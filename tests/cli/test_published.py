@@ -52,7 +52,11 @@ def test_all_structures_see_the_same_picture(evaluate, text):
 )
 def test_the_lectures_picture_of_a_ray(evaluate, text, cells):
     (record,) = evaluate(
-        "sample:nonuniform", "--structure", text, "--rays", "camera:width=1,height=1"
+        "sample:nonuniform",
+        "--structure",
+        text,
+        "--rays",
+        "camera:width=1,height=1,from=-4.85x6.1x4.9,at=9.7x6.1x16",
     )
     assert sum(record["rays"]["classes"].values()) == 1
     assert (record["trace"]["N_ETS"], record["trace"]["N_IT"]) == (cells, 3)
