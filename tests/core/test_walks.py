@@ -199,15 +199,15 @@ def test_walks_with_many_segments_are_cut_piece_by_piece(lab, build):
 
 
 @kernel
-def put_one(frontier, order, node, key):
+def put_one(frontier, node, key):
     """Only kernels can call the frontier's kernels."""
-    put(frontier, order, node, key)
+    put(frontier, node, key)
 
 
 @kernel
-def take_one(frontier, order):
-    node = peek(frontier, order)
-    drop(frontier, order)
+def take_one(frontier):
+    node = peek(frontier)
+    drop(frontier)
     return node
 
 
@@ -215,10 +215,10 @@ def take_one(frontier, order):
 def test_frontier_hands_out_in_order(order):
     rng = np.random.default_rng(order)
     keys = rng.integers(0, 9, 200).astype(float)
-    frontier = make_frontier(200)
+    frontier = make_frontier(200, order)
     waiting, handed = [], []
     for node in range(200):
-        put_one(frontier, order, node, keys[node])
+        put_one(frontier, node, keys[node])
         waiting.append(node)
         if rng.random() < 0.4:
             take(frontier, order, waiting, keys, handed)
@@ -229,7 +229,7 @@ def test_frontier_hands_out_in_order(order):
 
 
 def take(frontier, order, waiting, keys, handed):
-    node = take_one(frontier, order)
+    node = take_one(frontier)
     want = {
         DEPTH_FIRST: waiting[-1],
         FIFO: waiting[0],

@@ -33,8 +33,8 @@ from .references import Lists, append_side, move_references
 
 ADVICE = "lower max_depth, raise max_leaf_size or set a budget"
 
-MOST_REFERENCES = 1 << 24
-"""References at which a tree is refused, unless the scene has an eighth as many triangles."""
+MOST_REFERENCES = 1 << 22
+"""References at which a tree is refused, unless the scene has a sixteenth as many triangles."""
 
 DONE, PAUSED, NEEDS_NODES, NEEDS_REFERENCES, NEEDS_POINTS, NEEDS_LISTED = range(6)
 """What a call of :func:`grow` ends with."""
@@ -122,7 +122,7 @@ def grow(rule, limits, tree, lists, room, scratch, corners, shell, work):
     while not is_empty(frontier):
         if work <= 0:
             return PAUSED
-        node = np.int64(peek(frontier, limits.order))
+        node = np.int64(peek(frontier))
         begin, n = nodes[node, BEGIN], nodes[node, COUNT]
         n_points = 0
         if n > 0:
@@ -136,7 +136,7 @@ def grow(rule, limits, tree, lists, room, scratch, corners, shell, work):
             return NEEDS_POINTS
         if used[LISTED] + n > len(lists.listed):
             return NEEDS_LISTED
-        drop(frontier, limits.order)
+        drop(frontier)
         depth, row, is_split = nodes[node, DEPTH], NO_ROW, False
         work -= 64 + n
         if n > limits.max_leaf_size and depth < limits.max_depth and left + 2 <= limits.budget:
@@ -175,7 +175,7 @@ def grow(rule, limits, tree, lists, room, scratch, corners, shell, work):
             # A stack hands out what came last.
             child = left + (1 - i if limits.order == DEPTH_FIRST else i)
             planes[child, SHARE] = planes[node, SHARE] * nodes[child, COUNT] / total
-            put(frontier, limits.order, child, planes[child, AREA] * nodes[child, COUNT])
+            put(frontier, child, planes[child, AREA] * nodes[child, COUNT])
     return DONE
 
 
@@ -241,12 +241,12 @@ def grow_tree(
         From `progress`.
     """
     n = len(triangles.ids)
-    tree, lists = start(triangles, box)
+    tree, lists = start(triangles, box, limits.order)
     room = make_polyhedra(3, box)
     scratch = Scratch(
         np.empty(SAMPLE * 2), np.empty(SAMPLE * 2), np.zeros(4), np.zeros(4), np.zeros(64, np.int64)
     )
-    most = max(MOST_REFERENCES, 8 * n)
+    most = max(MOST_REFERENCES, 16 * n)
     tree.frontier.state[1] = 1  # the root waits
     status, work = PAUSED, 1 << 12
     while status != DONE:
@@ -261,17 +261,17 @@ def grow_tree(
         if status == PAUSED:
             work = 2 * work if seconds < SLICE else max(work // 2, 1)
         elif status != DONE:
-            tree, lists = with_room(tree, lists, status, limits, most)
+            tree, lists = with_room(tree, lists, status, most)
     progress.report(1.0, 1.0, "Building bsp")
     return finish(tree, lists)
 
 
-def start(triangles: Triangles, box: np.ndarray) -> tuple[Growing, Lists]:
+def start(triangles: Triangles, box: np.ndarray, order: int) -> tuple[Growing, Lists]:
     """Return a tree of a root that waits."""
     n = len(triangles.ids)
     capacity = 1024
     tree = Growing(
-        np.zeros((capacity, 5), np.int64), np.zeros((capacity, 6)), make_frontier(capacity),
+        np.zeros((capacity, 5), np.int64), np.zeros((capacity, 6)), make_frontier(capacity, order),
         np.array([1, 0]), np.zeros(1),
     )  # fmt: skip
     sides = box[3:] - box[:3]
@@ -289,11 +289,9 @@ def start(triangles: Triangles, box: np.ndarray) -> tuple[Growing, Lists]:
     return tree, lists
 
 
-def with_room(
-    tree: Growing, lists: Lists, status: int, limits: Limits, most: int
-) -> tuple[Growing, Lists]:
+def with_room(tree: Growing, lists: Lists, status: int, most: int) -> tuple[Growing, Lists]:
     """Return both with room to go on."""
-    node = int(call(peek, tree.frontier, limits.order))
+    node = int(peek(tree.frontier))
     if status == NEEDS_NODES:
         capacity = 2 * len(tree.nodes)
         refuse_if_too_large(104 * capacity, f"a bsp of over {capacity // 2} nodes", ADVICE)

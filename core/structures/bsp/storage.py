@@ -86,7 +86,7 @@ def meet_plane(tree, node, frame):
     if rate < 0.0:
         rate, height, side = -rate, -height, 1
     # Of +0.0 and -0.0 alike the inverse is +inf.
-    inverse = 1.0 / abs(rate)
+    inverse = 1.0 / rate if rate > 0.0 else np.inf
     return (-height - band) * inverse, (-height + band) * inverse, side
 
 

@@ -133,21 +133,21 @@ def build_tree(
         From `progress`.
     """
     count = len(triangles.ids)
-    progress.report(0, 4 * count, "Building kdtree")
+    progress.report(0.0, 1.0, "Building kdtree")
     boxes = boxes_of(triangles.corners)
-    planes: Any
-    if settings.planes == "sah":
-        planes = SweepPlanes(settings.C_trav, settings.C_isect, 1.0 - settings.empty_bonus)
-        memory = start_sweep(boxes, cell)
-    else:
-        planes = StaticPlanes(RULES[settings.planes])
-        memory = start_static(boxes, cell)
     in_order = settings.budget > 0 or settings.order == "priority"
     limits = Limits(
         depth_limit(settings.max_depth, count), settings.max_leaf_size, settings.budget or 2**62,
         ORDERS[settings.order] if in_order else DEPTH_FIRST,
         0 if in_order or count <= SUBTREE else SUBTREE,
     )  # fmt: skip
+    planes: Any
+    if settings.planes == "sah":
+        planes = SweepPlanes(settings.C_trav, settings.C_isect, 1.0 - settings.empty_bonus)
+        memory = start_sweep(boxes, cell, limits)
+    else:
+        planes = StaticPlanes(RULES[settings.planes])
+        memory = start_static(boxes, cell, limits)
     meter = Meter(count, progress)
     meter.report()
     top = Builder(planes, limits, memory, triangles.corners, meter)
@@ -161,7 +161,7 @@ def build_tree(
         try:
             while top.run(reports=True) == ASIDE:
                 node = top.next_node()
-                own = extract(top.work, node)
+                own = extract(top.work, node, limits)
                 top.leave_out(node)
                 whole = limits._replace(aside=0)
                 builder = Builder(planes, whole, own, triangles.corners, meter, node)
@@ -179,7 +179,7 @@ def build_tree(
                 future.cancel()
     pieces = {node: future.result() for node, future in subtrees.items()}
     tree, old = store(top.finished(), pieces, cell)
-    progress.report(1, 1, "Building kdtree")
+    progress.report(1.0, 1.0, "Building kdtree")
     return tree, (old + 1) // 2 if in_order else None
 
 

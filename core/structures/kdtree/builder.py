@@ -32,16 +32,19 @@ from .work import (
     REFERENCES,
     SIZE,
     TOP,
+    WAITING,
     WIDTH,
     Limits,
     Work,
+    allowed,
+    room_to_split,
     with_room,
 )
 
 SMALL = 1024
 """References up to which a node is not worth a thread."""
 
-DONE, PAUSED, FULL, ASIDE = range(4)
+DONE, PAUSED, ASIDE = range(3)
 """What a call of :func:`grow` ends with."""
 
 BELOW, ABOVE, BOTH = range(3)
@@ -72,21 +75,22 @@ def classify(planes, work, node, axis, position, planar_below, scratch):
 
     Returns
     -------
-    n_below, n_above, n_both : int
-        Those on both sides are written to `work.codes` from `scratch` on.
+    n_below, n_both : int
+        References below or on both sides, and those on both sides only; these are written to
+        `work.codes` from `scratch` on.
     """
     raise TypeError(type(planes).__name__)
 
 
 @dispatched
-def divide_lists(planes, work, node, grows_below, grows_above, scratch, n_both):
-    """Write the lists of a node's children.
+def divide_lists(planes, work, node, scratch, n_both):
+    """Write the lists of a node's children, and the number of their events.
+
+    A child that is a LEAF already needs but a list of its references, in place of the events
+    along x.
 
     Parameters
     ----------
-    grows_below, grows_above : bool
-        Whether that child may be split. If not, it needs but a list of its references in place
-        of the events along x.
     scratch : int
         From here on `work.codes` has `n_both` references that go below, then those that their
         parts above have got.
@@ -104,102 +108,89 @@ def area_of(cell):
     return x * y + y * z + z * x
 
 
-@inner
-def make_child(nodes, node, depth, n, begin, n_references):
-    """Write the row of a node that waits; its lists are still empty."""
-    row = nodes[node]
-    row[SIZE], row[DEPTH], row[BEGIN], row[REFERENCES] = n, depth, begin, n_references
-    for axis in range(3):
-        row[EVENTS + axis] = 0
-
-
 @kernel
 def grow(planes, limits, work, frontier, corners, allowance):
-    """Split nodes until none waits, room or allowance is used up, or one is to hand back.
+    """Split nodes until none waits, the next has no room, or it is one to hand back.
 
     Parameters
     ----------
     allowance : int
-        Entries of lists to go through, so that the caller is asked back after a while.
+        Room to use up, as :func:`.work.room_to_split` reckons it. No more arrays are looked at:
+        who gives an allowance has seen to it that there is room in all of them.
 
     Returns
     -------
-    DONE, PAUSED, FULL or ASIDE
+    DONE, PAUSED or ASIDE
     """
-    state, nodes, codes = work.state, work.nodes, work.codes
+    state, nodes, codes, cells = work.state, work.nodes, work.codes, work.cells
+    width = state[WIDTH]
     while not is_empty(frontier):
-        node = peek(frontier, limits.order)
+        node = peek(frontier)
         row = nodes[node]
         n, depth = row[SIZE], row[DEPTH]
-        if SMALL < n <= limits.aside:
+        if SMALL < n <= limits.aside and row[AXIS] != LEAF:
             return ASIDE
-        if allowance <= 0:
+        allowance -= room_to_split(width, n)
+        if allowance < 0:
             return PAUSED
-        room = state[WIDTH] * n + 1
+        drop(frontier)
         left, top, n_references = state[N_NODES], state[TOP], state[N_REFERENCES]
-        if (
-            left + 2 > nodes.shape[0]
-            or state[N_LISTED] + n > work.listed.shape[0]
-            or n_references + n > work.triangle.shape[0]
-            or top + 2 * room + 4 * n > codes.shape[0]
-        ):
-            return FULL
-        allowance -= room + 64
-        drop(frontier, limits.order)
         if limits.order == DEPTH_FIRST:
             # Whatever lies above this node belonged to cells that are finished.
-            top, n_references = row[BEGIN] + room, row[REFERENCES]
+            top, n_references = row[BEGIN] + width * n + 1, row[REFERENCES]
 
         # Where to split, if at all.
         axis, position, planar_below = LEAF, 0.0, True
-        may_grow = n > limits.max_leaf_size and depth < limits.max_depth
-        if may_grow and left + 2 <= limits.budget:
+        if row[AXIS] != LEAF and left + 2 <= limits.budget:
             axis, position, planar_below = choose_plane(planes, work, node, top)
         row[AXIS] = axis
         if axis == LEAF:
-            row[FIRST] = state[N_LISTED]
+            listed = state[N_LISTED]
+            row[FIRST] = listed
             for i in range(row[BEGIN], row[BEGIN] + row[EVENTS]):
                 # Every reference has one event that starts it or is planar.
                 if codes[i] & 3 != END:
-                    work.listed[state[N_LISTED]] = work.triangle[codes[i] >> 2]
-                    state[N_LISTED] += 1
+                    work.listed[listed] = work.triangle[codes[i] >> 2]
+                    listed += 1
+            state[N_LISTED] = listed
             continue
         row[FIRST] = left
-        state[N_NODES] = left + 2
-        scratch = top + 2 * room
-        n_below, n_above, n_both = classify(
-            planes, work, node, axis, position, planar_below, scratch
-        )
+        scratch = top + 2 * (width * n + 1)
+        n_below, n_both = classify(planes, work, node, axis, position, planar_below, scratch)
 
         # The children. The left one's lists come last, on top of the stack.
-        n_below, n_above = n_below + n_both, n_above + n_both
-        make_child(nodes, left + 1, depth + 1, n_above, top, n_references + n_both)
-        top += state[WIDTH] * n_above + 1
-        make_child(nodes, left, depth + 1, n_below, top, n_references + n_both)
-        state[TOP] = top + state[WIDTH] * n_below + 1
-        for face in range(6):
-            work.cells[left, face] = work.cells[left + 1, face] = work.cells[node, face]
-        work.cells[left, 3 + axis] = work.cells[left + 1, axis] = position
-
+        n_child = n - n_below + n_both
+        for child in range(left + 1, left - 1, -1):
+            new = nodes[child]
+            may_grow = n_child > limits.max_leaf_size and depth + 1 < limits.max_depth
+            new[AXIS] = WAITING if may_grow else LEAF
+            new[SIZE], new[DEPTH], new[BEGIN] = n_child, depth + 1, top
+            new[REFERENCES] = n_references + n_both
+            for face in range(6):
+                cells[child, face] = cells[node, face]
+            top += width * n_child + 1
+            n_child = n_below
+        cells[left, 3 + axis] = cells[left + 1, axis] = position
+        state[N_NODES], state[TOP], state[N_REFERENCES] = left + 2, top, n_references + n_both
         # Parts above the plane become references of their own. Leaves need no boxes.
-        grows_below = n_below > limits.max_leaf_size and depth + 1 < limits.max_depth
-        grows_above = n_above > limits.max_leaf_size and depth + 1 < limits.max_depth
-        state[N_REFERENCES] = n_references + n_both
-        for i in range(n_both):
-            old, new = codes[scratch + i], n_references + i
-            codes[scratch + n_both + i] = new
-            work.triangle[new] = work.triangle[old]
-            if grows_below or grows_above:
+        needs_boxes = nodes[left, AXIS] != LEAF or nodes[left + 1, AXIS] != LEAF
+        for i in range(scratch, scratch + n_both):
+            codes[i + n_both] = n_references
+            triangle = work.triangle[codes[i]]
+            work.triangle[n_references] = triangle
+            if needs_boxes:
                 divide_reference(
-                    corners, work.triangle, work.cells, left, work.boxes, old, new, work.polygon
-                )
-        divide_lists(planes, work, node, grows_below, grows_above, scratch, n_both)
+                    corners, triangle, cells, left, axis, work.boxes, codes[i], n_references,
+                    work.polygon,
+                )  # fmt: skip
+            n_references += 1
+        divide_lists(planes, work, node, scratch, n_both)
 
         # A stack gives back first what was put last.
         first = 1 if limits.order == DEPTH_FIRST else 0
         for i in range(2):
             child = left + (i ^ first)
-            put(frontier, limits.order, child, area_of(work.cells[child]) * nodes[child, SIZE])
+            put(frontier, child, area_of(cells[child]) * nodes[child, SIZE])
     return DONE
 
 
@@ -208,8 +199,8 @@ def grow(planes, limits, work, frontier, corners, allowance):
 MOST_REFERENCES = 1 << 24
 """References at which a tree is refused, unless the scene has a sixteenth as many triangles."""
 
-ALLOWANCE = 2_000_000
-"""Entries of lists that one kernel call goes through, in some 20 ms."""
+ALLOWANCE = 5_000_000
+"""Most room that one kernel call uses up, in some 20 ms."""
 
 
 class Meter:
@@ -242,9 +233,12 @@ class Meter:
             raise Cancelled
 
     def report(self) -> None:
-        """Report progress; the number of references in the end is not known before."""
+        """Report progress: half way with two references for each triangle.
+
+        How many there will be is not known before.
+        """
         listed = sum(tuple(self.listed.values()))
-        self.progress.report(listed, max(4 * self.total, 2 * listed), "Building kdtree")
+        self.progress.report(listed / (listed + 2 * self.total), 1.0, "Building kdtree")
 
 
 class Builder:
@@ -265,12 +259,11 @@ class Builder:
 
     def next_node(self) -> int:
         """Return the node whose turn it is."""
-        nodes, state = self.frontier.nodes, self.frontier.state
-        return int(nodes[state[1] - 1] if self.limits.order == DEPTH_FIRST else nodes[state[0]])
+        return int(peek(self.frontier))
 
     def leave_out(self, node: int) -> None:
         """Make the next node of a stack an empty leaf, in whose place a subtree will go."""
-        self.frontier.state[1] -= 1
+        drop(self.frontier)
         self.work.nodes[node, [AXIS, FIRST, SIZE]] = LEAF, 0, 0
 
     def run(self, reports: bool = False) -> int:
@@ -281,19 +274,25 @@ class Builder:
         reports : bool
             Whether to report progress, which a thread must leave to its caller.
         """
+        order = self.limits.order
         while True:
+            node = self.next_node()
+            room = room_to_split(int(self.work.state[WIDTH]), int(self.work.nodes[node, SIZE]))
+            allowance = allowed(self.work, node, order)
+            if allowance < room:
+                self.work, self.frontier = with_room(
+                    self.work, self.frontier, node, order, self.meter.total
+                )
+                allowance = allowed(self.work, node, order)
             result = call(
-                grow, self.planes, self.limits, self.work, self.frontier, self.corners, ALLOWANCE
-            )
+                grow, self.planes, self.limits, self.work, self.frontier, self.corners,
+                min(allowance, max(ALLOWANCE, room)),
+            )  # fmt: skip
             self.meter.check(self.root, int(self.work.state[N_LISTED]))
-            if result in (DONE, ASIDE):
+            if result != PAUSED:
                 return result
             if reports:
                 self.meter.report()
-            if result == FULL:
-                self.work, self.frontier = with_room(
-                    self.work, self.frontier, self.next_node(), self.limits.order, self.meter.total
-                )
 
     def finished(self) -> Piece:
         """Return the tree; all other memory is given back."""

@@ -22,18 +22,17 @@ POLYGON_SIZE = 10
 
 
 @inner
-def clip(corners, triangle, cells, cell, polygon):
-    """Clip a triangle to a cell; return the first row and the number of corners of what is left.
+def clip(corners, triangle, box, polygon):
+    """Clip a triangle to a cell; return the first row and the end of what is left.
 
     Parameters
     ----------
     corners : (n, 3, 3) float64
-    cells : (k, 6) float64
+    box : (6,) float64
     polygon : (2 * POLYGON_SIZE, 3) float64
         Scratch; every plane moves the polygon to the other half.
     """
-    first, count = 0, 3
-    box = cells[cell]
+    first, end = 0, 3
     for corner in range(3):
         for axis in range(3):
             polygon[corner, axis] = corners[triangle, corner, axis]
@@ -41,55 +40,65 @@ def clip(corners, triangle, cells, cell, polygon):
         axis, plane = face % 3, box[face]
         inward = 1.0 if face < 3 else -1.0
         target = POLYGON_SIZE - first
-        kept, last = target, polygon[first + count - 1]
-        for corner in range(first, first + count):
-            point = polygon[corner]
-            before, here = inward * (last[axis] - plane), inward * (point[axis] - plane)
-            if (before < 0.0 and here > 0.0) or (before > 0.0 and here < 0.0):
+        kept, last = target, end - 1
+        before = inward * (polygon[last, axis] - plane)
+        for corner in range(first, end):
+            here = inward * (polygon[corner, axis] - plane)
+            if here * before < 0.0:
                 share = before / (before - here)
                 for other in range(3):
-                    polygon[kept, other] = last[other] + share * (point[other] - last[other])
+                    start = polygon[last, other]
+                    polygon[kept, other] = start + share * (polygon[corner, other] - start)
                 polygon[kept, axis] = plane
                 kept += 1
             if here >= 0.0:
                 for other in range(3):
-                    polygon[kept, other] = point[other]
+                    polygon[kept, other] = polygon[corner, other]
                 kept += 1
-            last = point
-        first, count = target, kept - target
-    return first, count
+            last, before = corner, here
+        first, end = target, kept
+    return first, end
 
 
 @inner
-def divide_reference(corners, triangle, cells, left, boxes, old, new, polygon):
+def fit(box, polygon, first, end):
+    """Shrink a box, (6,), to a polygon.
+
+    Where rounding would turn the box inside out, it stays as it is.
+    """
+    for axis in range(3):
+        low, high = np.inf, -np.inf
+        for corner in range(first, end):
+            x = polygon[corner, axis]
+            low = x if x < low else low
+            high = x if x > high else high
+        low = low if low > box[axis] else box[axis]
+        high = high if high < box[3 + axis] else box[3 + axis]
+        if low <= high:
+            box[axis], box[3 + axis] = low, high
+
+
+@inner
+def divide_reference(corners, triangle, cells, left, axis, boxes, old, new, polygon):
     """Fit the boxes of a triangle's two parts, below and above the plane that it straddles.
 
-    A box stays inside its cell and inside the box before. Where rounding would turn it inside out,
-    that is all it is cut to.
+    They stay inside the box before, which is inside the cell.
 
     Parameters
     ----------
-    triangle : (m,) int32
-        Of each reference.
-    left : int
-        The cell below the plane; that above is the next.
+    triangle : int
+    left, axis : int
+        The cell below the plane, that above is the next; and across which axis.
     boxes : (m, 6) float64
         Row `old` has the box of both parts and gets that of the part below, row `new` that of the
         part above.
     """
-    whole = boxes[old]
-    for side in range(1, -1, -1):
-        first, count = clip(corners, triangle[old], cells, left + side, polygon)
-        box, cell = boxes[new if side == 1 else old], cells[left + side]
-        for axis in range(3):
-            lower, upper = max(whole[axis], cell[axis]), min(whole[3 + axis], cell[3 + axis])
-            low, high = np.inf, -np.inf
-            for corner in range(first, first + count):
-                x = polygon[corner, axis]
-                low, high = min(low, x), max(high, x)
-            low, high = max(low, lower), min(high, upper)
-            box[axis] = low if low <= high else lower
-            box[3 + axis] = high if low <= high else upper
+    for face in range(6):
+        boxes[new, face] = boxes[old, face]
+    boxes[old, 3 + axis] = boxes[new, axis] = cells[left + 1, axis]
+    for side in range(2):
+        first, end = clip(corners, triangle, cells[left + side], polygon)
+        fit(boxes[new if side == 1 else old], polygon, first, end)
 
 
 @kernel
@@ -104,8 +113,8 @@ def add_clipped_areas(corners, references, leaf_of, boxes, areas, polygon):
     """
     for entry in range(len(references)):
         triangle = references[entry]
-        first, count = clip(corners, triangle, boxes, leaf_of[entry], polygon)
-        for i in range(first + 1, first + count - 1):
+        first, end = clip(corners, triangle, boxes[leaf_of[entry]], polygon)
+        for i in range(first + 1, end - 1):
             area = 0.0
             for axis in range(3):
                 u, v = (axis + 1) % 3, (axis + 2) % 3

@@ -36,7 +36,7 @@ import numpy as np
 from ...kernels import implements, inlined, inner
 from ..subdivision.frontier import Frontier
 from .builder import ABOVE, BELOW, BOTH, choose_plane, classify, divide_lists
-from .work import BEGIN, END, EVENTS, FIRST, LEAF, PLANAR, SIZE, START, Work, start
+from .work import AXIS, BEGIN, END, EVENTS, FIRST, LEAF, PLANAR, SIZE, START, Limits, Work, start
 
 ONE, TWO = np.uint64(1), np.uint64(2)
 """Unsigned, since Numba looks at every signed index whether it is negative."""
@@ -144,33 +144,25 @@ def cheapest_plane(planes, work, node, scratch):
 def classify_events(planes, work, node, axis, position, planar_below, scratch):
     """Go through the events of the split axis: a triangle is on both sides till it ends."""
     row, positions, codes, side = work.nodes[node], work.positions, work.codes, work.side
-    n_below, n_above, n_both = 0, 0, 0
+    n_below, n_both = 0, 0
     begin = row[BEGIN] + 2 * row[SIZE] * axis
     i, last = np.uint64(begin), np.uint64(begin + row[EVENTS + axis])
     while i < last:
         code, here = codes[i], positions[i]
         kind, reference = code & 3, np.uint64(code) >> TWO
         i += ONE
-        if kind == START:
-            if here >= position:
-                side[reference] = ABOVE
-                n_above += 1
-            else:
+        if kind == END:
+            # What starts below and has not ended at the plane is on both sides.
+            if here > position and side[reference] == BELOW:
                 side[reference] = BOTH
-        elif kind == END:
-            if here <= position:
-                side[reference] = BELOW
-                n_below += 1
-            elif side[reference] == BOTH:
                 codes[scratch + n_both] = reference
                 n_both += 1
-        elif here < position or (here == position and planar_below):
+        elif here < position or (here == position and planar_below and kind == PLANAR):
             side[reference] = BELOW
             n_below += 1
         else:
             side[reference] = ABOVE
-            n_above += 1
-    return n_below, n_above, n_both
+    return n_below, n_both
 
 
 @inner
@@ -252,28 +244,29 @@ def merge_parts(positions, codes, begin, count, boxes, axis, parts, n_parts):
 
 
 @implements(divide_lists, SweepPlanes)
-def divide_sorted_lists(planes, work, node, grows_below, grows_above, scratch, n_both):
+def divide_sorted_lists(planes, work, node, scratch, n_both):
     """Divide the lists of all axes in order, then merge in the events of clipped parts."""
     positions, codes, row = work.positions, work.codes, work.nodes[node]
     below, above = work.nodes[row[FIRST]], work.nodes[row[FIRST] + 1]
-    for axis in range(3 if grows_below or grows_above else 1):
+    are_leaves = below[AXIS] == LEAF and above[AXIS] == LEAF
+    for axis in range(1 if are_leaves else 3):
         below[EVENTS + axis], above[EVENTS + axis] = divide_events(
             positions, codes, row[BEGIN] + 2 * row[SIZE] * axis, row[EVENTS + axis], work.side,
             below[BEGIN] + 2 * below[SIZE] * axis, above[BEGIN] + 2 * above[SIZE] * axis,
         )  # fmt: skip
     for side in range(2):
-        child, grows = (above, grows_above) if side == ABOVE else (below, grows_below)
+        child = work.nodes[row[FIRST] + side]
         parts = scratch + n_both * side
-        if grows:
-            for axis in range(3):
-                child[EVENTS + axis] += merge_parts(
-                    positions, codes, child[BEGIN] + 2 * child[SIZE] * axis, child[EVENTS + axis],
-                    work.boxes, axis, parts, n_both,
-                )  # fmt: skip
+        if child[AXIS] == LEAF:
+            for i in range(n_both):
+                codes[child[BEGIN] + child[EVENTS] + i] = 4 * codes[parts + i] + START
+            child[EVENTS] += n_both
             continue
-        for i in range(n_both):
-            codes[child[BEGIN] + child[EVENTS]] = 4 * codes[parts + i] + START
-            child[EVENTS] += 1
+        for axis in range(3):
+            child[EVENTS + axis] += merge_parts(
+                positions, codes, child[BEGIN] + 2 * child[SIZE] * axis, child[EVENTS + axis],
+                work.boxes, axis, parts, n_both,
+            )  # fmt: skip
 
 
 # -------------------------------------------------------------------------------------- starting
@@ -290,7 +283,7 @@ def events_of(boxes: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     return positions[order], codes[order]
 
 
-def start_sweep(boxes: np.ndarray, cell: np.ndarray) -> tuple[Work, Frontier]:
+def start_sweep(boxes: np.ndarray, cell: np.ndarray, limits: Limits) -> tuple[Work, Frontier]:
     """Return the memory of a builder with the sorted events of all triangles.
 
     Each axis has room for two events per triangle; one place more is for :func:`divide_events` to
@@ -298,4 +291,4 @@ def start_sweep(boxes: np.ndarray, cell: np.ndarray) -> tuple[Work, Frontier]:
     """
     with ThreadPoolExecutor(3) as pool:
         lists = list(pool.map(lambda axis: events_of(boxes, axis), range(3)))
-    return start(boxes, cell, 6, lists)
+    return start(boxes, cell, 6, lists, limits)

@@ -17,7 +17,7 @@ import numpy as np
 from ...kernels import implements, inner
 from ..subdivision.frontier import Frontier
 from .builder import ABOVE, BELOW, BOTH, choose_plane, classify, divide_lists
-from .work import BEGIN, DEPTH, EVENTS, FIRST, LEAF, SIZE, START, Work, start
+from .work import BEGIN, DEPTH, EVENTS, FIRST, LEAF, SIZE, START, Limits, Work, start
 
 CYCLIC, LONGEST, OBJECT_MEDIAN = range(3)
 RULES = {"cyclic": CYCLIC, "longest": LONGEST, "object_median": OBJECT_MEDIAN}
@@ -86,24 +86,23 @@ def plane_by_rule(planes, work, node, scratch):
 def classify_boxes(planes, work, node, axis, position, planar_below, scratch):
     """Compare the boxes of all references with the plane."""
     nodes, boxes, codes, side = work.nodes, work.boxes, work.codes, work.side
-    n_below, n_above, n_both = 0, 0, 0
+    n_below, n_both = 0, 0
     for i in range(nodes[node, BEGIN], nodes[node, BEGIN] + nodes[node, SIZE]):
         reference = codes[i] >> 2
-        if boxes[reference, 3 + axis] <= position:
-            side[reference] = BELOW
-            n_below += 1
-        elif boxes[reference, axis] >= position:
+        if boxes[reference, axis] >= position and boxes[reference, 3 + axis] > position:
             side[reference] = ABOVE
-            n_above += 1
-        else:
+            continue
+        side[reference] = BELOW
+        n_below += 1
+        if boxes[reference, 3 + axis] > position:
             side[reference] = BOTH
             codes[scratch + n_both] = reference
             n_both += 1
-    return n_below, n_above, n_both
+    return n_below, n_both
 
 
 @implements(divide_lists, StaticPlanes)
-def divide_unsorted_lists(planes, work, node, grows_below, grows_above, scratch, n_both):
+def divide_unsorted_lists(planes, work, node, scratch, n_both):
     """Copy every reference to the list of its side, then those of the parts."""
     nodes, codes, side = work.nodes, work.codes, work.side
     begin, left = nodes[node, BEGIN], nodes[node, FIRST]
@@ -116,12 +115,13 @@ def divide_unsorted_lists(planes, work, node, grows_below, grows_above, scratch,
         for i in range(scratch + n_both * which, scratch + n_both * (which + 1)):
             codes[place] = 4 * codes[i] + START
             place += 1
-        nodes[left + which, EVENTS] = nodes[left + which, SIZE]
+        row = nodes[left + which]
+        row[EVENTS], row[EVENTS + 1], row[EVENTS + 2] = row[SIZE], 0, 0
 
 
-def start_static(boxes: np.ndarray, cell: np.ndarray) -> tuple[Work, Frontier]:
+def start_static(boxes: np.ndarray, cell: np.ndarray, limits: Limits) -> tuple[Work, Frontier]:
     """Return the memory of a builder with a list of all triangles, in no order."""
     n = len(boxes)
     nothing = np.empty(0), np.empty(0, np.int32)
     codes = 4 * np.arange(n, dtype=np.int32) + START
-    return start(boxes, cell, 1, [(np.zeros(n), codes), nothing, nothing])
+    return start(boxes, cell, 1, [(np.zeros(n), codes), nothing, nothing], limits)

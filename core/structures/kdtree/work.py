@@ -17,12 +17,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...kernels import kernel
 from ...memory import refuse_if_too_large
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, enlarged, make_frontier
 from .clip import POLYGON_SIZE
 
 LEAF = 3
 """Axis of a node that is not split."""
+
+WAITING = -1
+"""Axis of a node that may still be split."""
 
 END, PLANAR, START = range(3)
 """Kinds of events."""
@@ -95,7 +99,7 @@ class Work(NamedTuple):
     polygon: np.ndarray
 
 
-def make_work(n: int, width: int, cell: np.ndarray) -> tuple[Work, Frontier]:
+def make_work(n: int, width: int, cell: np.ndarray, limits: Limits) -> tuple[Work, Frontier]:
     """Return memory to build a tree over n references, whose root waits without lists.
 
     The system gives pages when they are first written: room that is not needed costs nothing.
@@ -119,15 +123,20 @@ def make_work(n: int, width: int, cell: np.ndarray) -> tuple[Work, Frontier]:
         codes=np.empty(lists, np.int32),
         polygon=np.empty((2 * POLYGON_SIZE, 3)),
     )
-    work.nodes[0] = LEAF, 0, n, 0, 0, n, 0, 0, 0
+    axis = WAITING if n > limits.max_leaf_size and limits.max_depth > 0 else LEAF
+    work.nodes[0] = axis, 0, n, 0, 0, n, 0, 0, 0
     work.cells[0] = cell
-    frontier = make_frontier(8 * n + 8)
+    frontier = make_frontier(8 * n + 8, limits.order)
     frontier.state[1] = 1  # the root waits
     return work, frontier
 
 
 def start(
-    boxes: np.ndarray, cell: np.ndarray, width: int, lists: list[tuple[np.ndarray, np.ndarray]]
+    boxes: np.ndarray,
+    cell: np.ndarray,
+    width: int,
+    lists: list[tuple[np.ndarray, np.ndarray]],
+    limits: Limits,
 ) -> tuple[Work, Frontier]:
     """Return the memory of a builder that starts with a list of events per axis.
 
@@ -140,7 +149,7 @@ def start(
         Positions and codes of the events along x, y and z.
     """
     n = len(boxes)
-    work, frontier = make_work(n, width, cell)
+    work, frontier = make_work(n, width, cell, limits)
     work.triangle[:n] = np.arange(n)
     work.boxes[:n] = boxes
     for axis, (positions, codes) in enumerate(lists):
@@ -151,7 +160,7 @@ def start(
     return work, frontier
 
 
-def extract(work: Work, node: int) -> tuple[Work, Frontier]:
+def extract(work: Work, node: int, limits: Limits) -> tuple[Work, Frontier]:
     """Return the memory of a builder of its own for a node, whose references are numbered anew."""
     row = work.nodes[node]
     n, begin = int(row[SIZE]), int(row[BEGIN])
@@ -165,9 +174,11 @@ def extract(work: Work, node: int) -> tuple[Work, Frontier]:
     number = np.empty(int(work.state[N_REFERENCES]), np.int32)
     number[references] = np.arange(n)
     lists = [(positions, 4 * number[codes >> 2] + (codes & 3)) for positions, codes in lists]
-    own, frontier = start(work.boxes[references], work.cells[node], int(work.state[WIDTH]), lists)
+    own, frontier = start(
+        work.boxes[references], work.cells[node], int(work.state[WIDTH]), lists, limits,
+    )  # fmt: skip
     own.triangle[:n] = work.triangle[references]
-    own.nodes[0, DEPTH] = row[DEPTH]
+    own.nodes[0, [AXIS, DEPTH]] = row[[AXIS, DEPTH]]
     return own, frontier
 
 
@@ -207,7 +218,7 @@ def with_room(
             new[name] = np.empty((length, *old.shape[1:]), old.dtype)
             new[name][:used] = old[:used]
 
-    provide(int(state[N_NODES]), 2, "nodes", "cells")
+    provide(int(state[N_NODES]), room // 4 + 1, "nodes", "cells")
     if "nodes" in new:
         frontier = enlarged(frontier, len(new["nodes"]))
     provide(int(state[N_LISTED]), n, "listed")
@@ -216,9 +227,30 @@ def with_room(
     return work._replace(**new), frontier
 
 
-def room_to_split(width: int, n: int) -> int:
+@kernel
+def room_to_split(width, n):
     """Return the room that splitting a cell takes above TOP: two cells' lists, and scratch."""
     return 2 * (width * n + 1) + 4 * n
+
+
+def allowed(work: Work, node: int, order: int) -> int:
+    """Return how much room nodes may use up, as :func:`room_to_split` reckons, before some is full.
+
+    A node takes as many places for references at most as it has. One that is split has a triangle
+    at least, so its room is eight or more for the two new nodes.
+    """
+    state, row = work.state, work.nodes[node]
+    top, n_references, width = int(state[TOP]), int(state[N_REFERENCES]), int(state[WIDTH])
+    if order == DEPTH_FIRST:
+        # Whatever lies above the next node is free.
+        top, n_references = int(row[BEGIN] + width * row[SIZE]) + 1, int(row[REFERENCES])
+    of_references = min(
+        len(work.listed) - int(state[N_LISTED]), len(work.triangle) - n_references
+    )  # fmt: skip
+    return min(
+        4 * (len(work.nodes) - int(state[N_NODES])), room_to_split(width, of_references),
+        len(work.codes) - top,
+    )  # fmt: skip
 
 
 def close_gaps(work: Work, frontier: Frontier) -> None:

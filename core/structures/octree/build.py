@@ -16,7 +16,16 @@ from ...errors import InputError
 from ...kernels import call, inner, kernel
 from ...memory import refuse_if_too_large
 from ...progress import Progress
-from ..subdivision.frontier import Frontier, drop, enlarged, is_empty, make_frontier, peek, put
+from ..subdivision.frontier import (
+    DEPTH_FIRST,
+    Frontier,
+    drop,
+    enlarged,
+    is_empty,
+    make_frontier,
+    peek,
+    put,
+)
 from .assignment import octant_box, octants_of
 from .planes import choose_plane
 from .storage import BuiltTree
@@ -109,7 +118,7 @@ def offer(tree, node, rule):
     if tree.count[node] > MANY and tree.first[node] <= -1 - IN_VAIN:
         return
     if tree.count[node] > rule.max_leaf_size and tree.level[node] < rule.max_depth:
-        put(tree.frontier, rule.order, node, area_of(tree.boxes[node]) * tree.count[node])
+        put(tree.frontier, node, area_of(tree.boxes[node]) * tree.count[node])
 
 
 @inner
@@ -134,7 +143,7 @@ def subdivide(tree, rule, scratch, work):
     while not is_empty(frontier):
         if work <= 0:
             return PAUSED
-        node = peek(frontier, rule.order)
+        node = peek(frontier)
         n_nodes, n_arena = tree.used[0], tree.used[1]
         if n_nodes + 8 > rule.budget:
             return FINISHED
@@ -143,7 +152,7 @@ def subdivide(tree, rule, scratch, work):
         begin, count = tree.begin[node], tree.count[node]
         work -= 64 + count
         if not place_planes(tree, node, rule, scratch.values):
-            drop(frontier, rule.order)  # numbers cannot tell the halves apart: it stays a leaf
+            drop(frontier)  # numbers cannot tell the halves apart: it stays a leaf
             continue
         # How many references go into each octant, then where.
         total = 0
@@ -159,7 +168,7 @@ def subdivide(tree, rule, scratch, work):
                     total += 1
         if n_arena + total > len(arena):
             return NEEDS_ARENA
-        drop(frontier, rule.order)
+        drop(frontier)
         mark = tree.first[node] - 1 if total > count else np.int32(-1)
         for octant in range(8):
             if 0 < scratch.counts[octant] < count:
@@ -222,7 +231,7 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
     InputError
         When nodes or references do not fit into memory.
     """
-    tree = with_room(None, 1024, max(4 * n, 1024))
+    tree = with_room(None, 1024, max(4 * n, 1024), rule.order)
     tree.boxes[0], tree.first[0], tree.count[0] = box, -1, n
     tree.arena[:n] = np.arange(n)
     tree.used[:] = 1, n
@@ -231,7 +240,8 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
         tree.frontier.state[1] = 1  # the root waits
     status, work = PAUSED, 1 << 12
     while status != FINISHED:
-        progress.report(int(tree.used[0]), int(tree.used[0]) + 1, "Building octree")
+        # Half way with a node for each triangle: how many there will be is not known before.
+        progress.report(float(tree.used[0] / (tree.used[0] + n)), 1.0, "Building octree")
         start = time.perf_counter()
         status = call(subdivide, tree, rule, scratch, work)
         seconds = time.perf_counter() - start
@@ -251,6 +261,7 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
             work *= 2
         elif seconds > 2 * SLICE:
             work = max(work // 2, 1)
+    progress.report(1.0, 1.0, "Building octree")
     return tree
 
 
@@ -260,7 +271,9 @@ def refuse_if_too_many(count: int, limit: int, least: int, what: str) -> None:
         raise InputError(f"the octree gets more than {max(limit, least)} {what}; {ADVICE}")
 
 
-def with_room(old: Growing | None, n_nodes: int, n_references: int) -> Growing:
+def with_room(
+    old: Growing | None, n_nodes: int, n_references: int, order: int = DEPTH_FIRST
+) -> Growing:
     """Return a growing tree with that much room; the arrays that fit already are kept."""
     if old is not None and n_nodes == len(old.first):
         refuse_if_too_large(
@@ -274,7 +287,7 @@ def with_room(old: Growing | None, n_nodes: int, n_references: int) -> Growing:
         np.zeros((n_nodes, 6)), np.zeros((n_nodes, 3)), np.full(n_nodes, -1, np.int32),
         np.zeros(n_nodes, np.int64), np.zeros(n_nodes, np.int64), np.zeros(n_nodes, np.uint8),
         np.empty(n_references, np.int32) if old is None else old.arena,
-        make_frontier(n_nodes) if old is None else enlarged(old.frontier, n_nodes),
+        make_frontier(n_nodes, order) if old is None else enlarged(old.frontier, n_nodes),
         np.zeros(2, np.int64) if old is None else old.used,
     )  # fmt: skip
     if old is not None:

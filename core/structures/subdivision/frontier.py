@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...kernels import inner, kernel
+from ...kernels import dispatched, implements, inner
 from ...settings import setting
 
 DEPTH_FIRST, FIFO, PRIORITY = range(3)
@@ -45,41 +45,112 @@ def order_setting() -> Any:
     )
 
 
-class Frontier(NamedTuple):
-    """Candidates for splitting.
+class Stack(NamedTuple):
+    """Candidates for splitting, for DEPTH_FIRST.
 
     Attributes
     ----------
     nodes : (capacity,) int32
-    keys : (capacity,) float64
-        Cost of the nodes; of use to the priority queue only.
     state : (2,) int64
-        Place of the first candidate (it moves in a FIFO queue), and of the end.
+        Place of the first candidate, 0, and of the end.
     """
 
     nodes: np.ndarray
-    keys: np.ndarray
     state: np.ndarray
 
 
-def make_frontier(capacity: int) -> Frontier:
+class Queue(NamedTuple):
+    """The same, for FIFO; the first candidate moves up."""
+
+    nodes: np.ndarray
+    state: np.ndarray
+
+
+class PriorityQueue(NamedTuple):
+    """The same, for PRIORITY: a binary heap with the `keys`, (capacity,) float64, of the nodes."""
+
+    nodes: np.ndarray
+    state: np.ndarray
+    keys: np.ndarray
+
+
+Frontier = Stack | Queue | PriorityQueue
+"""Three types, so that a builder compiles no more than the order of its settings needs."""
+
+
+def make_frontier(capacity: int, order: int = DEPTH_FIRST) -> Frontier:
     """Return an empty frontier. A node is put in once at most, so `capacity` counts nodes."""
-    return Frontier(np.zeros(capacity, np.int32), np.zeros(capacity), np.zeros(2, np.int64))
+    nodes, state = np.zeros(capacity, np.int32), np.zeros(2, np.int64)
+    if order == PRIORITY:
+        return PriorityQueue(nodes, state, np.zeros(capacity))
+    return Stack(nodes, state) if order == DEPTH_FIRST else Queue(nodes, state)
 
 
 def enlarged(frontier: Frontier, capacity: int) -> Frontier:
     """Return the frontier with room for `capacity` nodes."""
-    larger = make_frontier(capacity)
-    larger.nodes[: len(frontier.nodes)] = frontier.nodes
-    larger.keys[: len(frontier.keys)] = frontier.keys
-    larger.state[:] = frontier.state
-    return larger
+    grown = {}
+    for name, array in frontier._asdict().items():
+        if name != "state":
+            grown[name] = np.zeros(capacity, array.dtype)
+            grown[name][: len(array)] = array
+    return frontier._replace(**grown)
 
 
 @inner
 def is_empty(frontier):
     """Say whether no candidate is left."""
     return frontier.state[0] == frontier.state[1]
+
+
+@dispatched
+def put(frontier, node, key):
+    """Add a candidate; only a priority queue looks at the key, the cost."""
+    raise TypeError(type(frontier).__name__)
+
+
+@dispatched
+def peek(frontier):
+    """Return the next candidate; it stays."""
+    raise TypeError(type(frontier).__name__)
+
+
+@dispatched
+def drop(frontier):
+    """Remove the next candidate."""
+    raise TypeError(type(frontier).__name__)
+
+
+@implements(put, Stack)
+@implements(put, Queue)
+def append(frontier, node, key):
+    """Put it last."""
+    frontier.nodes[frontier.state[1]] = node
+    frontier.state[1] += 1
+
+
+@implements(peek, Stack)
+def last_of(frontier):
+    """Return the youngest."""
+    return frontier.nodes[frontier.state[1] - 1]
+
+
+@implements(drop, Stack)
+def drop_last(frontier):
+    """Remove the youngest."""
+    frontier.state[1] -= 1
+
+
+@implements(peek, Queue)
+@implements(peek, PriorityQueue)
+def first_of(frontier):
+    """Return the eldest, or the costliest."""
+    return frontier.nodes[frontier.state[0]]
+
+
+@implements(drop, Queue)
+def drop_first(frontier):
+    """Remove the eldest."""
+    frontier.state[0] += 1
 
 
 @inner
@@ -89,36 +160,22 @@ def comes_before(frontier, key, node, place):
     return key > other or (key == other and node < frontier.nodes[place])
 
 
-@inner
-def put(frontier, order, node, key):
-    """Add a candidate."""
+@implements(put, PriorityQueue)
+def rise(frontier, node, key):
+    """Let it rise from the end of the heap to its place."""
     nodes, keys = frontier.nodes, frontier.keys
     i = frontier.state[1]
     frontier.state[1] = i + 1
-    if order == PRIORITY:
-        while i > 0 and comes_before(frontier, key, node, (i - 1) // 2):
-            nodes[i], keys[i] = nodes[(i - 1) // 2], keys[(i - 1) // 2]
-            i = (i - 1) // 2
+    while i > 0 and comes_before(frontier, key, node, (i - 1) // 2):
+        nodes[i], keys[i] = nodes[(i - 1) // 2], keys[(i - 1) // 2]
+        i = (i - 1) // 2
     nodes[i], keys[i] = node, key
 
 
-@kernel
-def peek(frontier, order):
-    """Return the next candidate; it stays."""
-    if order == DEPTH_FIRST:
-        return frontier.nodes[frontier.state[1] - 1]
-    return frontier.nodes[frontier.state[0]]
-
-
-@inner
-def drop(frontier, order):
-    """Remove the next candidate."""
-    if order == FIFO:
-        frontier.state[0] += 1
-        return
+@implements(drop, PriorityQueue)
+def sink(frontier):
+    """Remove the first; the last one sinks from there to its place."""
     frontier.state[1] -= 1
-    if order == DEPTH_FIRST:
-        return
     nodes, keys, size = frontier.nodes, frontier.keys, frontier.state[1]
     node, key = nodes[size], keys[size]
     i = 0
