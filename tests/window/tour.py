@@ -533,7 +533,7 @@ def cancel() -> Steps:
     before = results().built, results().cells, results().record
     x, y = yield from session.find("accelscope.build(")
     escapes = []
-    for wait in (0.3, 0.8, 1.3):
+    for wait in (0.2, 0.35, 0.5):
         session.click(x, y)
         yield lambda: running()
         job = running()
