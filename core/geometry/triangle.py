@@ -168,7 +168,9 @@ def clamp_to_own_box(corners, index, ray, t):
     enter, leave = 0.0, np.inf
     for axis in range(3):
         p, q, r = corners[index, 0, axis], corners[index, 1, axis], corners[index, 2, axis]
-        low, high = min(p, q, r), max(p, q, r)
+        # Not min() and max(): Numba compiles a function for each number of arguments.
+        low, high = (q, p) if q < p else (p, q)
+        low, high = r if r < low else low, r if r > high else high
         if axis == 0:
             low, high = (low - ray.low_x) * ray.ix, (high - ray.high_x) * ray.ix
         elif axis == 1:
@@ -181,7 +183,8 @@ def clamp_to_own_box(corners, index, ray, t):
         leave = t_far if t_far < leave else leave
     if enter > leave:
         return NO_HIT
-    return min(max(t, enter), leave)
+    t = enter if enter > t else t
+    return leave if leave < t else t
 
 
 @inner

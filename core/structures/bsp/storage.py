@@ -188,7 +188,7 @@ def walk_march(structure, triangles, ray, number, workspace, log):
             return walk(again, triangles, ray, -2 - number, workspace, log)
         inner_nodes += depth
         best = visit_leaf(
-            structure, triangles, ray, number, workspace, log,
+            tree, structure.mailbox, triangles, ray, number, workspace, log,
             node, leaf_index(tree, node), entry.t, passage.t, best,
         )  # fmt: skip
         entry = passage

@@ -31,7 +31,7 @@ from ..contract import (
     traversal_cost,
     walk,
 )
-from ..steps import HIT, SKIP, TEST, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
+from ..steps import HIT, NONE, SKIP, TEST, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
 from .binned import SplitRule, build_tree
 from .tree import BVHArrays
 
@@ -66,7 +66,7 @@ class BVHSettings:
 # ------------------------------------------------------------------------------------------ walk
 
 
-ONE = np.uint64(1)
+ROOT, ONE = np.uint64(0), np.uint64(1)
 
 
 @implements(walk, BVHArrays)
@@ -77,26 +77,26 @@ def walk_bvh(structure, triangles, ray, number, workspace, log):
     """
     boxes, firsts, sizes = structure.boxes, structure.first, structure.size
     cells, enters = workspace.cells, workspace.enters
-    best_t, best = np.inf, -1
+    best_t, best = np.inf, NONE
     limit = ray.t_max
     nodes_visited, leaves_visited, tests, volume_tests = 0, 0, 0, 1
 
-    t = enter_box(boxes, 0, ray, limit)
-    note(log, VOLUME_TEST, 0, -1, t, t)
-    node, height = np.uint64(0), 0
+    node, height = ROOT, 0
+    t = enter_box(boxes, node, ray, limit)
+    note(log, VOLUME_TEST, node, NONE, t, t)
     searching = t != MISS
     while searching:
         nodes_visited += 1
         size = sizes[node]
         if size == 0:
-            note(log, VISIT_INNER, node, -1, t, limit)
+            note(log, VISIT_INNER, node, NONE, t, limit)
             near = np.uint64(firsts[node])
             far = near + ONE
             near_t = enter_box(boxes, near, ray, limit)
             far_t = enter_box(boxes, far, ray, limit)
             volume_tests += 2
-            note(log, VOLUME_TEST, near, -1, near_t, near_t)
-            note(log, VOLUME_TEST, far, -1, far_t, far_t)
+            note(log, VOLUME_TEST, near, NONE, near_t, near_t)
+            note(log, VOLUME_TEST, far, NONE, far_t, far_t)
             if far_t < near_t:
                 near, far, near_t, far_t = far, near, far_t, near_t
             if far_t != MISS:
@@ -107,11 +107,11 @@ def walk_bvh(structure, triangles, ray, number, workspace, log):
                 continue
         else:
             leaves_visited += 1
-            note(log, VISIT_LEAF, node, -1, t, limit)
+            note(log, VISIT_LEAF, node, NONE, t, limit)
             for i in range(firsts[node], firsts[node] + size):
                 hit_t = intersect(triangles, i, ray)
                 tests += 1
-                n = triangles.ids[i]
+                n = np.int64(triangles.ids[i])
                 note(log, TEST, node, n, hit_t, hit_t)
                 if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
                     best_t, best = hit_t, n
@@ -127,7 +127,7 @@ def walk_bvh(structure, triangles, ray, number, workspace, log):
             node, t = np.uint64(cells[height]), enters[height]
             searching = t <= limit
             if not searching:
-                note(log, SKIP, node, -1, t, limit)
+                note(log, SKIP, node, NONE, t, limit)
 
     return Found(best_t, best, nodes_visited, leaves_visited, 0, tests, volume_tests, 0, 0, 0)
 

@@ -27,7 +27,7 @@ X, Y, Z = np.int64(0), np.int64(1), np.int64(2)
 
 def leaf_index_of_octree(tree, node):
     """Leaves are numbered after the inner nodes."""
-    return max(node - tree.planes.shape[0], -1)
+    return node - tree.planes.shape[0]
 
 
 def planes_of_octree(tree, node):

@@ -13,7 +13,7 @@ import numpy as np
 from ...kernels import implements, inlined, inner
 from ..contract import walk
 from ..steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
-from .tree import NODE, ROOT, Span, enter_root, expand, leaf_index, push
+from .tree import EMPTY, NODE, ROOT, Span, enter_root, expand, leaf_index, push
 from .walks import NOTHING, Heap, found, limit_of, visit_leaf
 
 ENTER, EXIT, LATE, KEY, CEILING, AGE = range(6)
@@ -59,7 +59,9 @@ def sink(heap, size):
 def queue(workspace, place, size, floor, ceiling, age):
     """Copy the node at a place of the stack into the heap of `size` entries; return its key."""
     stack, heap = workspace.stack, workspace.rows
-    key = min(max(stack[place, 1], floor), ceiling)
+    key = stack[place, 1]
+    key = floor if key < floor else key
+    key = ceiling if key > ceiling else key
     heap[size, NODE], heap[size, ENTER] = stack[place, 0], stack[place, 1]
     heap[size, EXIT], heap[size, LATE] = stack[place, 2], stack[place, 3]
     heap[size, KEY], heap[size, CEILING], heap[size, AGE] = key, ceiling, age
@@ -73,11 +75,11 @@ def walk_heap(structure, triangles, ray, number, workspace, log):
     tree, heap = structure.tree, workspace.rows
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
     note(log, VOLUME_TEST, NONE, NONE, span.enter, span.enter)
-    best, inner, size, age = NOTHING, 0, 0, 0
+    best, inner, size, age = NOTHING, 0, EMPTY, np.int64(0)
     limit = ray.t_max
     if span.enter < np.inf:
-        push(workspace, 0, ROOT, span)
-        queue(workspace, 0, 0, 0.0, np.inf, age)
+        push(workspace, EMPTY, ROOT, span)
+        queue(workspace, EMPTY, EMPTY, 0.0, np.inf, age)
         size = 1
     while size > 0:
         node, span = np.int64(heap[0, NODE]), Span(heap[0, ENTER], heap[0, EXIT], heap[0, LATE])
@@ -91,14 +93,14 @@ def walk_heap(structure, triangles, ray, number, workspace, log):
         index = leaf_index(tree, node)
         if index >= 0:
             best = visit_leaf(
-                structure, triangles, ray, number, workspace, log,
-                node, index, span.enter, max(span.enter, span.exit), best,
+                tree, structure.mailbox, triangles, ray, number, workspace, log,
+                node, index, span.enter, span.exit, best,
             )  # fmt: skip
             limit = limit_of(ray, best)
             continue
         inner += 1
         note(log, VISIT_INNER, node, NONE, span.enter, span.exit)
-        node, span, height = expand(tree, node, workspace, span, 0)
+        node, span, height = expand(tree, node, workspace, span, EMPTY)
         push(workspace, height, node, span)
         # From the last child along the ray to the first.
         for i in range(height + 1):

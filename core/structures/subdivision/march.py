@@ -18,7 +18,7 @@ import numpy as np
 from ...kernels import dispatched, implements, inlined, inner
 from ..contract import walk
 from ..steps import NONE, VISIT_INNER, VOLUME_TEST, note
-from .tree import NODE, ROOT, child, enter_root, leaf_index, near_side, plane_times, planes
+from .tree import NODE, ROOT, TOP, child, enter_root, leaf_index, near_side, plane_times, planes
 from .walks import NOTHING, March, Neighbours, Recursive, Ropes, found, limit_of, visit_leaf
 
 
@@ -121,7 +121,7 @@ def leave_stored_cell(structure, workspace, index, depth, gate):
 @implements(next_node, March)
 def back_to_the_root(structure, workspace, index, depth, gate, log):
     """Start again from the root."""
-    return ROOT, 0, 0
+    return ROOT, TOP, 0
 
 
 @implements(next_node, Neighbours)
@@ -141,7 +141,7 @@ def up_to_common_ancestor(structure, workspace, index, depth, gate, log):
 def along_the_rope(structure, workspace, index, depth, gate, log):
     """Follow the link behind the gate's face."""
     far = 1 - near_side(workspace.frame, gate.axis)
-    return np.int64(structure.ropes[index, 3 * far + gate.axis]), 0, 0
+    return np.int64(structure.ropes[index, 3 * far + gate.axis]), TOP, 0
 
 
 # ---------------------------------------------------------------------------------- the walk
@@ -166,7 +166,7 @@ def march(structure, triangles, ray, number, workspace, log):
     gate, leave_root = first_gate(tree.box, workspace, ray)
     note(log, VOLUME_TEST, NONE, NONE, gate.t, gate.t)
     best, inner = NOTHING, 0
-    node, depth = ROOT, 0
+    node, depth = ROOT, TOP
     searching = gate.t < np.inf
     while searching:
         index = leaf_index(tree, node)
@@ -183,8 +183,9 @@ def march(structure, triangles, ray, number, workspace, log):
             again = Recursive(tree, structure.mailbox)
             return walk(again, triangles, ray, -2 - number, workspace, log)
         best = visit_leaf(
-            structure, triangles, ray, number, workspace, log, node, index, gate.t, leave.t, best
-        )
+            tree, structure.mailbox, triangles, ray, number, workspace, log,
+            node, index, gate.t, leave.t, best,
+        )  # fmt: skip
         gate = leave
         searching = gate.t < leave_root and gate.t <= limit_of(ray, best)
         if searching:

@@ -7,7 +7,7 @@ import numpy as np
 from ...kernels import implements
 from ..contract import walk
 from ..steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
-from .tree import ROOT, enter_root, expand, leaf_index, pop, push
+from .tree import EMPTY, ROOT, enter_root, expand, leaf_index, pop, push
 from .walks import NOTHING, Recursive, found, limit_of, visit_leaf
 
 
@@ -17,7 +17,7 @@ def walk_recursive(structure, triangles, ray, number, workspace, log):
     tree = structure.tree
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
     note(log, VOLUME_TEST, NONE, NONE, span.enter, span.enter)
-    best, inner, height = NOTHING, 0, 0
+    best, inner, height = NOTHING, 0, EMPTY
     limit = ray.t_max
     if span.enter < np.inf:
         push(workspace, height, ROOT, span)
@@ -35,8 +35,8 @@ def walk_recursive(structure, triangles, ray, number, workspace, log):
             node, span, height = expand(tree, node, workspace, span, height)
             index = leaf_index(tree, node)
         best = visit_leaf(
-            structure, triangles, ray, number, workspace, log,
-            node, index, span.enter, max(span.enter, span.exit), best,
+            tree, structure.mailbox, triangles, ray, number, workspace, log,
+            node, index, span.enter, span.exit, best,
         )  # fmt: skip
         limit = limit_of(ray, best)
     return found(best, inner)

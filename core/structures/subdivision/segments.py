@@ -11,7 +11,7 @@ import numpy as np
 from ...kernels import implements
 from ..contract import walk
 from ..steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
-from .tree import NODE, ROOT, ROWS, enter_root, expand, leaf_index, pop, push
+from .tree import EMPTY, NODE, ROOT, ROWS, enter_root, expand, leaf_index, pop, push
 from .walks import NOTHING, Segments, found, limit_of, visit_leaf
 
 ENTER, EXIT = 0, 1
@@ -24,7 +24,7 @@ def walk_segments(structure, triangles, ray, number, workspace, log):
     tree, segments = structure.tree, workspace.rows
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
     note(log, VOLUME_TEST, NONE, NONE, span.enter, span.enter)
-    best, inner, height = NOTHING, 0, 0
+    best, inner, height = NOTHING, 0, EMPTY
     limit = ray.t_max
     if span.enter < np.inf:
         push(workspace, height, ROOT, span)
@@ -43,7 +43,7 @@ def walk_segments(structure, triangles, ray, number, workspace, log):
                 note(log, VISIT_INNER, node, NONE, span.enter, span.exit)
                 node, span, height = expand(tree, node, workspace, span, height)
             segments[count, ENTER] = span.enter
-            segments[count, EXIT] = max(span.enter, span.exit)
+            segments[count, EXIT] = span.exit if span.exit > span.enter else span.enter
             segments[count, NODE] = node
             count += 1
         # Processing: the list is all that is needed now.
@@ -55,7 +55,8 @@ def walk_segments(structure, triangles, ray, number, workspace, log):
                 continue
             index = leaf_index(tree, leaf)
             best = visit_leaf(
-                structure, triangles, ray, number, workspace, log, leaf, index, enter, leave, best
-            )
+                tree, structure.mailbox, triangles, ray, number, workspace, log,
+                leaf, index, enter, leave, best,
+            )  # fmt: skip
             limit = limit_of(ray, best)
     return found(best, inner)

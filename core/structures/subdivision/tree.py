@@ -49,6 +49,12 @@ ROWS = 1024
 ROOT = np.int64(0)
 """Number of the root. Not the plain 0, for which Numba would compile callees once more."""
 
+TOP = np.int64(0)
+"""Depth of the root."""
+
+EMPTY = np.int64(0)
+"""Height of the stack with nothing on it."""
+
 NODE = 6
 """Column of a row, behind the six of a cell."""
 
@@ -107,7 +113,7 @@ class Span(NamedTuple):
 
 @dispatched
 def leaf_index(tree, node):
-    """Return the index of a leaf, 0 <= index < n_leaves, or -1 if the node is an inner one."""
+    """Return the index of a leaf, 0 <= index < n_leaves; it is negative for an inner node."""
     raise TypeError(f"no leaf_index for {type(tree).__name__}")
 
 

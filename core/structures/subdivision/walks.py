@@ -124,9 +124,12 @@ NOTHING = Best(np.inf, NONE, 0, 0, 0, 0, 0)  # type: ignore[arg-type]
 
 # Inlined, not called: a fifth faster.
 @inlined
-def visit_leaf(structure, triangles, ray, number, workspace, log, node, index, enter, leave, best):
+def visit_leaf(
+    tree, mailbox, triangles, ray, number, workspace, log, node, index, enter, leave, best
+):
     """Test the triangles of a leaf; return the new :class:`Best`."""
-    tree = structure.tree
+    # Where a ray runs in a plane, or through an edge, the early exit may come before the entry.
+    leave = leave if leave > enter else enter
     begin, end = tree.offsets[index], tree.offsets[index + 1]
     best_t, primitive, empty = best.t, best.primitive, best.empty
     tests, saved, postponed = best.tests, best.saved, best.postponed
@@ -137,7 +140,7 @@ def visit_leaf(structure, triangles, ray, number, workspace, log, node, index, e
         note(log, VISIT_LEAF, node, NONE, enter, leave)
     for slot in range(begin, end):
         n = np.int64(tree.references[slot])
-        if structure.mailbox:
+        if mailbox:
             if workspace.mailbox[n] == number:
                 saved += 1
                 note(log, MAILBOX, node, n, enter, leave)
