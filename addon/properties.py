@@ -48,6 +48,15 @@ _loaded: list[type] = []
 # ------------------------------------------------------------------------- generated from settings
 
 
+ACRONYMS = ("sah", "fifo")
+"""Choices that are written in capitals."""
+
+
+def name_of(key: str) -> str:
+    """Return what a choice is called in the panel."""
+    return key.upper() if key in ACRONYMS else key.replace("_", " ").capitalize()
+
+
 def property_of(field: dataclasses.Field) -> Any:
     """Return the Blender property of one field made by ``core.settings.setting``."""
     meta = field.metadata
@@ -59,8 +68,7 @@ def property_of(field: dataclasses.Field) -> Any:
     if isinstance(default, bool):
         return BoolProperty(default=default, **common)
     if isinstance(default, str) and meta["choices"]:
-        choices = {key: (key.replace("_", " ").capitalize(), text)
-                   for key, text in meta["choices"].items()}  # fmt: skip
+        choices = {key: (name_of(key), text) for key, text in meta["choices"].items()}
         return enum_of(choices, default=default, **common)
     if isinstance(default, str):
         # Blender's file chooser for whatever is called a path.

@@ -34,7 +34,7 @@ NaN means "both sides".
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -52,7 +52,7 @@ ROOT = np.int64(0)
 TOP = np.int64(0)
 """Depth of the root."""
 
-EMPTY = np.int64(0)
+EMPTY: Any = np.int64(0)
 """Height of the stack with nothing on it."""
 
 NODE = 6
