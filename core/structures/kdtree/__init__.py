@@ -66,7 +66,7 @@ class KdTreeSettings:
     links: str = links_setting()
     max_depth: int = depth_setting()
     max_leaf_size: int = setting(
-        12,
+        20,
         "Max Leaf Size",
         "A cell with at most these M triangles is not cut",
         unit="triangles",
