@@ -11,6 +11,8 @@ from typing import Any
 
 from ..errors import InputError
 from ..memory import in_words
+from ..settings import to_json
+from ..structures import structure_named
 from .experiment import SCHEMA
 
 Record = dict[str, Any]
@@ -156,9 +158,20 @@ def figures(record: Record) -> list[tuple[str, str, str]]:
     return rows
 
 
+def spec_of(structure: Record) -> str:
+    """Return ``NAME[:key=value,...]`` of a record's structure, default settings left out."""
+    defaults = to_json(structure_named(structure["name"]).Settings())
+    changed = []
+    for key, value in structure["settings"].items():
+        if value != defaults[key]:
+            text = "x".join(map(str, value)) if isinstance(value, list) else str(value)
+            changed.append(f"{key}={text.lower() if isinstance(value, bool) else text}")
+    return ":".join([structure["name"]] + ([",".join(changed)] if changed else []))
+
+
 TABLE: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
     ("scene", ("scene", "name"), str),
-    ("structure", ("structure", "name"), str),
+    ("structure", ("structure",), spec_of),
     ("rays", ("rays", "name"), str),
     ("triangles", ("scene", "triangles"), show_integer),
     ("build", ("build", "seconds"), show_seconds),
@@ -168,6 +181,7 @@ TABLE: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
     ("SAH", ("statistics", "sah"), show_number),
     ("hits", ("trace", "hits"), show_integer),
     ("N_TS", ("trace", "N_TS"), show_number),
+    ("N_ETS", ("trace", "N_ETS"), show_number),
     ("N_IT", ("trace", "N_IT"), show_number),
     ("Mrays/s", ("trace", "rays_per_second"), lambda value: f"{value / 1e6:.3f}"),
 )

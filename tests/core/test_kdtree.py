@@ -490,3 +490,10 @@ def test_threads_do_not_change_the_order_of_making(build, monkeypatch):
     monkeypatch.setattr(kdtree, "SUBTREE", 3000)
     pieces = build("kdtree", scene, "order=depth_first").cells()
     assert np.array_equal(whole.extra["order"], pieces.extra["order"])
+
+
+@pytest.mark.parametrize("planes", ["cyclic", "longest"])
+def test_one_triangle_is_not_cut_for_ever(build, planes):
+    scene = Scene.from_triangles(np.array([[[0.0, 0.1, 0.2], [1, 0.3, 0.7], [0.4, 1, 0.9]]]), "one")
+    with pytest.raises(InputError, match=r"kdtree.*nodes over 1 tri.*max_depth.*max_leaf_size"):
+        build("kdtree", scene, f"planes={planes},max_depth=60,max_leaf_size=0")

@@ -196,8 +196,9 @@ def grow(planes, limits, work, frontier, corners, allowance):
 
 # -------------------------------------------------------------------------------- calling kernels
 
-MOST_REFERENCES = 1 << 24
-"""References at which a tree is refused, unless the scene has a sixteenth as many triangles."""
+MOST_REFERENCES, MOST_NODES = 1 << 24, 1 << 21
+"""At how many a tree is refused, unless the scene has a sixteenth as many triangles, or a
+thirty-second."""
 
 ALLOWANCE = 5_000_000
 """Most room that one kernel call uses up, in some 20 ms."""
@@ -209,12 +210,14 @@ class Meter:
     def __init__(self, total: int, progress: Progress) -> None:
         self.total = total
         self.most = max(MOST_REFERENCES, 16 * total)
+        self.most_nodes = max(MOST_NODES, 32 * total)
         self.progress = progress
         self.listed: dict[int, int] = {}
+        self.nodes: dict[int, int] = {}
         self.stopped = False
 
-    def check(self, builder: int, listed: int) -> None:
-        """Note how many references a builder, named by its root, has listed.
+    def check(self, builder: int, listed: int, nodes: int) -> None:
+        """Note how many references a builder, named by its root, has listed, and its nodes.
 
         Raises
         ------
@@ -223,12 +226,15 @@ class Meter:
         Cancelled
             If another builder has failed meanwhile.
         """
-        self.listed[builder] = listed
-        if sum(tuple(self.listed.values())) > self.most:
-            raise InputError(
-                f"the kdtree has more than {self.most} references to {self.total} triangles; "
-                "lower max_depth, raise max_leaf_size or set a budget"
-            )
+        self.listed[builder], self.nodes[builder] = listed, nodes
+        for counts, most, what in (
+            (self.listed, self.most, "references to"), (self.nodes, self.most_nodes, "nodes over"),
+        ):  # fmt: skip
+            if sum(tuple(counts.values())) > most:
+                raise InputError(
+                    f"the kdtree has more than {most} {what} {self.total} triangles; "
+                    "lower max_depth, raise max_leaf_size or set a budget"
+                )
         if self.stopped:
             raise Cancelled
 
@@ -288,7 +294,8 @@ class Builder:
                 grow, self.planes, self.limits, self.work, self.frontier, self.corners,
                 min(allowance, max(ALLOWANCE, room)),
             )  # fmt: skip
-            self.meter.check(self.root, int(self.work.state[N_LISTED]))
+            n_nodes, n_listed = self.work.state[[N_NODES, N_LISTED]].tolist()
+            self.meter.check(self.root, n_listed, n_nodes)
             if result != PAUSED:
                 return result
             if reports:
