@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import inlined
+from ..kernels import inlined, inner
 
 MISS = np.inf
 """What :func:`enter_box` returns for a ray that misses."""
@@ -42,6 +42,13 @@ def enter_box(boxes, index, ray, limit):
     t = low if high < low else high
     leave = t if t < leave else leave
     return enter if enter <= leave else MISS
+
+
+@inner
+def area_of(box):
+    """Return the surface area of a box, (6,); for kernels, as :func:`surface_area` for arrays."""
+    x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
+    return 2.0 * (x * y + y * z + z * x)
 
 
 def boxes_of(triangles: np.ndarray) -> np.ndarray:

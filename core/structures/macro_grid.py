@@ -176,6 +176,7 @@ def measure_distances(
     for number, (row, neighbours, order) in enumerate(passes):
 
         def spread_some(first: int, last: int) -> None:
+            # Run at once, so the loop's variables are those of this pass.
             call(spread, distances[row], resolution, neighbours, order, first, last)  # noqa: B023
 
         # One thread, which takes the chunks in their order: each needs what the last one found.

@@ -13,13 +13,13 @@ from accelscope.core.geometry.box import boxes_of, surface_area
 from accelscope.core.geometry.rays import ALL, Rays
 from accelscope.core.geometry.triangle import triangles_of
 from accelscope.core.scene import Scene
-from accelscope.core.structures.octree import planes
 from accelscope.core.structures.octree.storage import (
     STORAGES,
     chain_lengths,
     table_size,
     topology_bytes,
 )
+from accelscope.core.structures.subdivision import selection
 from accelscope.core.structures.subdivision.structure import padded_box
 from accelscope.sample_scenes import make_sample
 
@@ -288,12 +288,12 @@ def test_linear_octree_is_sorted(build):
 
 
 def test_select_finds_every_rank():
-    select = getattr(planes.select, "py_func", planes.select)
+    select = getattr(selection.select, "py_func", selection.select)
     rng = np.random.default_rng(1)
     for values in (rng.random(50), rng.integers(0, 3, 41).astype(float), np.ones(7), np.zeros(1)):
         want = np.sort(values)
         for rank in range(len(values)):
-            assert select(values.copy(), len(values), rank) == want[rank]
+            assert select(values.copy(), 0, len(values) - 1, rank) == want[rank]
 
 
 def test_adaptive_planes_cost_no_more_than_the_middle(lab, build, scene_name):

@@ -28,15 +28,16 @@ from ...settings import setting
 from ..cells import Cells
 from ..contract import intersection_cost, traversal_cost
 from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, order_setting
-from ..subdivision.structure import (
-    Subdivision,
-    Topology,
+from ..subdivision.settings import (
     depth_limit,
     depth_setting,
+    empty_bonus_setting,
+    leaf_size_setting,
     mailbox_setting,
-    padded_box,
     padding_setting,
+    walk_setting,
 )
+from ..subdivision.structure import Subdivision, Topology, padded_box
 from ..subdivision.walks import WALKS
 from .build import Grown, Limits, grow_tree
 from .cells import Measures, covered_areas, measured, polygons
@@ -81,36 +82,13 @@ class BspSettings:
         minimum=1,
         maximum=100_000,
     )
-    walk: str = setting(
-        "recursive",
-        "Walk",
-        "How the next leaf along a ray is found",
-        choices={
-            "march": "From the root, for every leaf (Glassner)",
-            "segments": "One pass cuts the ray into segments by leaf, which are then processed",
-            "recursive": "Depth-first with a stack, near children first",
-            "heap": "Depth-first with a priority queue of cells",
-        },
-    )
+    walk: str = walk_setting(without=("neighbours",))
     max_depth: int = depth_setting()
-    max_leaf_size: int = setting(
-        8,
-        "Max Leaf Size",
-        "A cell with at most these M triangles is not cut",
-        unit="triangles",
-        minimum=0,
-        maximum=2**31 - 1,
-    )
+    max_leaf_size: int = leaf_size_setting(8)
     C_trav: float = traversal_cost()
     C_isect: float = intersection_cost()
     # Less than for a kd-tree: some oblique plane always cuts off one more empty corner.
-    empty_bonus: float = setting(
-        0.1,
-        "Empty Bonus",
-        "Share of the cost that a plane with an empty side is let off, not for autopartition",
-        minimum=0.0,
-        maximum=1.0,
-    )
+    empty_bonus: float = empty_bonus_setting(0.1)
     budget: int = budget_setting()
     order: str = order_setting()
     mailbox: bool = mailbox_setting()

@@ -29,16 +29,17 @@ from ...settings import setting
 from ..cells import Cells, planes_across, rectangles
 from ..contract import intersection_cost, traversal_cost
 from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, order_setting
-from ..subdivision.structure import (
-    Subdivision,
-    Topology,
+from ..subdivision.settings import (
     depth_limit,
     depth_setting,
+    empty_bonus_setting,
+    leaf_size_setting,
     links_setting,
     mailbox_setting,
-    padded_box,
+    padding_setting,
     walk_setting,
 )
+from ..subdivision.structure import Subdivision, Topology, padded_box
 from .builder import ASIDE, Builder, Meter
 from .clip import POLYGON_SIZE, add_clipped_areas
 from .sah import SweepPlanes, start_sweep
@@ -65,33 +66,14 @@ class KdTreeSettings:
     walk: str = walk_setting()
     links: str = links_setting()
     max_depth: int = depth_setting()
-    max_leaf_size: int = setting(
-        20,
-        "Max Leaf Size",
-        "A cell with at most these M triangles is not cut",
-        unit="triangles",
-        minimum=0,
-        maximum=2**31 - 1,
-    )
+    max_leaf_size: int = leaf_size_setting(20)
     C_trav: float = traversal_cost()
     C_isect: float = intersection_cost()
-    empty_bonus: float = setting(
-        0.2,
-        "Empty Bonus",
-        "Share of the cost that a plane with an empty side is let off, for planes=sah",
-        minimum=0.0,
-        maximum=1.0,
-    )
+    empty_bonus: float = empty_bonus_setting(0.2)
     budget: int = budget_setting()
     order: str = order_setting()
     mailbox: bool = mailbox_setting()
-    padding: float = setting(
-        0.0,
-        "Padding",
-        "Enlargement of the scene's box on each side, as a share of its size",
-        minimum=0.0,
-        maximum=10.0,
-    )
+    padding: float = padding_setting(0.0)
 
 
 SUBTREE = 1 << 15

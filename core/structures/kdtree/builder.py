@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...kernels import call, dispatched, inner, kernel
+from ...geometry.box import area_of
+from ...kernels import call, dispatched, kernel
 from ...progress import Cancelled, Progress
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, drop, is_empty, peek, put
 from .clip import divide_reference
@@ -99,13 +100,6 @@ def divide_lists(planes, work, node, scratch, n_both):
 
 
 # ----------------------------------------------------------------------------------- the builder
-
-
-@inner
-def area_of(cell):
-    """Return half the surface area of a cell."""
-    x, y, z = cell[3] - cell[0], cell[4] - cell[1], cell[5] - cell[2]
-    return x * y + y * z + z * x
 
 
 @kernel

@@ -14,8 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import implements, inner
+from ...kernels import implements
 from ..subdivision.frontier import Frontier
+from ..subdivision.selection import select
 from .builder import ABOVE, BELOW, BOTH, choose_plane, classify, divide_lists
 from .work import BEGIN, DEPTH, EVENTS, FIRST, LEAF, SIZE, START, Limits, Work, start
 
@@ -27,30 +28,6 @@ class StaticPlanes(NamedTuple):
     """The rule: CYCLIC, LONGEST or OBJECT_MEDIAN."""
 
     rule: int
-
-
-@inner
-def select(values, first, last, rank):
-    """Return the value at place `rank` if ``values[first:last + 1]`` were sorted (Hoare)."""
-    while first < last:
-        pivot = values[(first + last) // 2]
-        i, j = first, last
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while values[j] > pivot:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if rank <= j:
-            last = j
-        elif rank >= i:
-            first = i
-        else:
-            break
-    return values[rank]
 
 
 @implements(choose_plane, StaticPlanes)

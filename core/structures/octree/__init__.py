@@ -28,15 +28,14 @@ from ...settings import setting
 from ..cells import Cells, planes_across, rectangles
 from ..contract import intersection_cost, traversal_cost
 from ..subdivision.frontier import ORDERS, budget_setting, order_setting
-from ..subdivision.structure import (
-    Subdivision,
-    Topology,
+from ..subdivision.settings import (
+    leaf_size_setting,
     links_setting,
     mailbox_setting,
-    padded_box,
     padding_setting,
     walk_setting,
 )
+from ..subdivision.structure import Subdivision, Topology, padded_box
 from ..subdivision.tree import child
 from . import octants as octants  # registers the kernels of the storages
 from .assignment import assignment_named
@@ -57,14 +56,7 @@ class OctreeSettings:
         minimum=0,
         maximum=60,
     )
-    max_leaf_size: int = setting(
-        8,
-        "Max Leaf Size",
-        "A cell with more than these M triangles is subdivided",
-        unit="triangles",
-        minimum=0,
-        maximum=2**31 - 1,
-    )
+    max_leaf_size: int = leaf_size_setting(8)
     storage: str = setting(
         "pointer",
         "Storage",

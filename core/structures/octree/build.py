@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import InputError
+from ...geometry.box import area_of
 from ...kernels import call, inner, kernel
 from ...memory import refuse_if_too_large
 from ...progress import Progress
@@ -90,7 +91,7 @@ class Growing(NamedTuple):
     planes: np.ndarray
     first: np.ndarray
     begin: np.ndarray
-    count: np.ndarray  # type: ignore[assignment]
+    count: np.ndarray  # type: ignore[assignment]  # a tuple has a method of that name
     level: np.ndarray
     arena: np.ndarray
     frontier: Frontier
@@ -103,13 +104,6 @@ class Scratch(NamedTuple):
     masks: np.ndarray
     values: np.ndarray
     counts: np.ndarray
-
-
-@inner
-def area_of(box):
-    """Return the surface area of a box, (6,)."""
-    x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
-    return 2.0 * (x * y + y * z + z * x)
 
 
 @inner

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ...kernels import dispatched, implements, inner
+from ...kernels import dispatched, implements
+from ..subdivision.selection import select
 
 
 class Middle(NamedTuple):
@@ -54,31 +55,6 @@ def plane_in_the_middle(placement, cell, axis, references, begin, count, assignm
     return placement.half * (cell[axis] + cell[3 + axis])
 
 
-@inner
-def select(values, count, rank):
-    """Return the value of that rank among ``values[:count]``, reordering them (Hoare)."""
-    low, high = 0, count - 1
-    while low < high:
-        pivot = values[(low + high) // 2]
-        i, j = low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while values[j] > pivot:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if rank <= j:
-            high = j
-        elif rank >= i:
-            low = i
-        else:
-            break
-    return values[rank]
-
-
 @implements(choose_plane, Adaptive)
 def cheapest_plane(placement, cell, axis, references, begin, count, assignment, values):
     """Return the cheapest candidate between the middle and the object median."""
@@ -89,7 +65,7 @@ def cheapest_plane(placement, cell, axis, references, begin, count, assignment, 
         n = references[begin + i]
         # The part of the box inside the cell, so that the median is inside too.
         values[i] = 0.5 * (max(boxes[n, axis], low) + min(boxes[n, 3 + axis], high))
-    median = select(values, count, count // 2)
+    median = select(values, 0, count - 1, count // 2)
     u = cell[(axis + 1) % 3 + 3] - cell[(axis + 1) % 3]
     v = cell[(axis + 2) % 3 + 3] - cell[(axis + 2) % 3]
     best, best_cost = middle, -1.0

@@ -1,4 +1,4 @@
-"""What octree and kd-tree have in common as structures: walks, cells, figures and checks."""
+"""What octree, kd-tree and BSP tree have in common: walks, cells, figures and checks."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import numpy as np
 
 from ...geometry.box import boxes_of, surface_area
 from ...geometry.rays import ULPS
-from ...settings import setting
 from ..cells import Cells
 from ..contract import Statistics, Structure
+
+# Imported for what they register: an implementation of `walk` for each of the records in WALKS.
 from . import heap as heap
 from . import march as march
 from . import recursive as recursive
@@ -20,70 +21,6 @@ from . import segments as segments
 from .ropes import link
 from .tree import TreeWorkspace, make_workspace
 from .walks import WALKS, Ropes
-
-
-def walk_setting(default: str = "recursive") -> Any:
-    """Declare the walk."""
-    return setting(
-        default,
-        "Walk",
-        "How the next leaf along a ray is found",
-        choices={
-            "march": "From the root, for every leaf (Glassner)",
-            "segments": "One pass cuts the ray into segments by leaf, which are then processed",
-            "neighbours": "From leaf to leaf through the face by which the ray leaves (Samet)",
-            "recursive": "Depth-first with a stack, near children first",
-            "heap": "Depth-first with a priority queue of cells",
-        },
-    )
-
-
-def links_setting(default: str = "found") -> Any:
-    """Declare how the walk `neighbours` finds the neighbour."""
-    return setting(
-        default,
-        "Links",
-        "How walk=neighbours gets to the neighbour of a leaf",
-        choices={
-            "found": "Up to the nearest common ancestor, then down: nothing is stored",
-            "stored": "By ropes: every leaf has a pointer to the neighbour behind each face",
-        },
-    )
-
-
-def padding_setting() -> Any:
-    """Declare the enlargement of the root's cell."""
-    return setting(
-        0.001,
-        "Padding",
-        "Enlargement of the scene's box on each side, as a share of its size",
-        minimum=0.0,
-        maximum=10.0,
-    )
-
-
-def depth_setting() -> Any:
-    """Declare the depth of a binary tree, which may follow from the number of triangles."""
-    return setting(
-        -1,
-        "Max Depth",
-        "Level K at which subdivision ends, the root has level 0; -1 for 8 + 1.3 log2 N of N "
-        "triangles",
-        unit="levels",
-        minimum=-1,
-        maximum=60,
-        unset="auto",
-    )
-
-
-def depth_limit(max_depth: int, count: int) -> int:
-    """Return the depth at which splitting ends in a scene of `count` triangles (pbrt's rule)."""
-    return max_depth if max_depth >= 0 else round(8 + 1.3 * np.log2(count))
-
-
-def mailbox_setting() -> Any:
-    """Declare the mailbox."""
-    return setting(False, "Mailbox", "Test a triangle at most once per ray")
 
 
 def padded_box(lower: np.ndarray, upper: np.ndarray, padding: float) -> np.ndarray:
@@ -113,7 +50,7 @@ class Topology(NamedTuple):
     boxes: np.ndarray
     depth: np.ndarray
     is_leaf: np.ndarray
-    count: np.ndarray  # type: ignore[assignment]
+    count: np.ndarray  # type: ignore[assignment]  # a tuple has a method of that name
     leaves: np.ndarray
 
 

@@ -118,6 +118,7 @@ class Best(NamedTuple):
     postponed: int
 
 
+# NONE is an int64 to Numba, an int to whoever reads the type.
 NOTHING = Best(np.inf, NONE, 0, 0, 0, 0, 0)  # type: ignore[arg-type]
 """Before the first leaf."""
 

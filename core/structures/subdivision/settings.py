@@ -1,0 +1,98 @@
+"""Settings that the trees of this folder's family share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...settings import setting
+
+WALK_TEXTS = {
+    "march": "From the root, for every leaf (Glassner)",
+    "segments": "One pass cuts the ray into segments by leaf, which are then processed",
+    "neighbours": "From leaf to leaf through the face by which the ray leaves (Samet)",
+    "recursive": "Depth-first with a stack, near children first",
+    "heap": "Depth-first with a priority queue of cells",
+}
+
+
+def walk_setting(without: tuple[str, ...] = ()) -> Any:
+    """Declare the walk; a tree may be `without` some of them."""
+    return setting(
+        "recursive",
+        "Walk",
+        "How the next leaf along a ray is found",
+        choices={name: text for name, text in WALK_TEXTS.items() if name not in without},
+    )
+
+
+def links_setting() -> Any:
+    """Declare how the walk `neighbours` finds the neighbour."""
+    return setting(
+        "found",
+        "Links",
+        "How walk=neighbours gets to the neighbour of a leaf",
+        choices={
+            "found": "Up to the nearest common ancestor, then down: nothing is stored",
+            "stored": "By ropes: every leaf has a pointer to the neighbour behind each face",
+        },
+    )
+
+
+def padding_setting(default: float = 0.001) -> Any:
+    """Declare the enlargement of the root's cell."""
+    return setting(
+        default,
+        "Padding",
+        "Enlargement of the scene's box on each side, as a share of its size",
+        minimum=0.0,
+        maximum=10.0,
+    )
+
+
+def depth_setting() -> Any:
+    """Declare the depth of a binary tree, which may follow from the number of triangles."""
+    return setting(
+        -1,
+        "Max Depth",
+        "Level K at which subdivision ends, the root has level 0; -1 for 8 + 1.3 log2 N of N "
+        "triangles",
+        unit="levels",
+        minimum=-1,
+        maximum=60,
+        unset="auto",
+    )
+
+
+def depth_limit(max_depth: int, count: int) -> int:
+    """Return the depth at which splitting ends in a scene of `count` triangles (pbrt's rule)."""
+    return max_depth if max_depth >= 0 else round(8 + 1.3 * np.log2(count))
+
+
+def leaf_size_setting(default: int) -> Any:
+    """Declare M, the number of triangles that may stay together."""
+    return setting(
+        default,
+        "Max Leaf Size",
+        "A cell with at most these M triangles is not cut",
+        unit="triangles",
+        minimum=0,
+        maximum=2**31 - 1,
+    )
+
+
+def empty_bonus_setting(default: float) -> Any:
+    """Declare the bonus for cutting off empty space."""
+    return setting(
+        default,
+        "Empty Bonus",
+        "Share of the cost that a plane with an empty side is let off, where planes go by cost",
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+
+def mailbox_setting() -> Any:
+    """Declare the mailbox."""
+    return setting(False, "Mailbox", "Test a triangle at most once per ray")
