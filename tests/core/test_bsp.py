@@ -499,3 +499,11 @@ def test_damage_is_found(lab, build):
     assert tree.validate() == [
         "the areas that the builder reckoned with are not those of the cells"
     ]
+
+
+def test_the_building_is_replayed_in_the_order_of_the_settings(lab, build):
+    scene = lab.small_scene("soup")
+    for order, level_by_level in (("fifo", True), ("depth_first", False)):
+        cells = build("bsp", scene, f"order={order}").cells()
+        depth = cells.depth[np.argsort(cells.extra["order"], kind="stable")]
+        assert (np.diff(depth) >= 0).all() == level_by_level

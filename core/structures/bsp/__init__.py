@@ -27,7 +27,7 @@ from ...scene import Scene
 from ...settings import setting
 from ..cells import Cells
 from ..contract import intersection_cost, traversal_cost
-from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, order_setting
+from ..subdivision.frontier import ORDERS, budget_setting, order_setting
 from ..subdivision.settings import (
     depth_limit,
     depth_setting,
@@ -126,7 +126,7 @@ class Bsp(Subdivision):
             depth_limit(settings.max_depth, len(scene)),
             settings.max_leaf_size,
             settings.budget or 2**31 - 1,
-            ORDERS[settings.order] if settings.budget else DEPTH_FIRST,
+            ORDERS[settings.order],
         )
         grown = grow_tree(rule_of(settings), limits, triangles, box, shell, progress)
         return cls(scene, settings, grown, triangles, box, shell)
