@@ -182,9 +182,7 @@ class Session:
 
     def has_links(self) -> bool:
         """Say whether the structure links leaves to their neighbours."""
-        from ..core.structures.contract import Structure
-
-        return self.built is not None and type(self.built.structure).links is not Structure.links
+        return self.built is not None and self.built.structure.has_links
 
     def event_text(self, event: int) -> str:
         """Say what happens in an event of the recorded ray."""

@@ -19,7 +19,7 @@ from ..structures.contract import Structure
 from ..structures.steps import VISIT_EMPTY, VISIT_LEAF
 from .experiment import Built
 from .png import write_png
-from .ray_path import ON_LIGHT, Walk, legend, segments_of
+from .ray_path import ON_LIGHT, Walk, legend, links_of, segments_of
 from .report import figures, show_integer, write_text
 from .view import View
 
@@ -81,7 +81,10 @@ class Gallery:
                 pictures.append((f"built-{number}", *picture_of_building(view, cells, share)))
         if len(cells) > 1:
             single = next((rays for rays in batches if len(rays) == 1), None)
-            pictures.append(("ray", *picture_of_ray(view, structure, cells, single)))
+            walk = walk_to_show(view, structure, cells, single)
+            pictures.append(("ray", *picture_of_ray(view, walk)))
+            if structure.has_links:
+                pictures.append(("links", *picture_of_links(view, walk)))
         shown = []
         for kind, caption, image in pictures:
             file = f"{stem}-{kind}.png"
@@ -162,10 +165,8 @@ def picture_of_building(view: View, cells: Cells, share: float) -> tuple[str, np
     return caption, edges_over(view, cells, there)
 
 
-def picture_of_ray(
-    view: View, structure: Structure, cells: Cells, single: Rays | None = None
-) -> tuple[str, np.ndarray]:
-    """Return caption and image of the walk of one ray: that given, or one that is legible."""
+def walk_to_show(view: View, structure: Structure, cells: Cells, single: Rays | None) -> Walk:
+    """Return the walk of one ray: that given, or one that is legible."""
     if single is None:
         rays, widths = crossing_rays(view, structure)
     else:
@@ -184,9 +185,28 @@ def picture_of_ray(
         legible = LEGIBLE * widths[walk.ray] < sizes[entered]
         return bool(np.isfinite(walk.t_hit)), int(legible.sum()), -len(walk.steps)
 
-    walk = max(walks, key=worth)
+    return max(walks, key=worth)
+
+
+def picture_of_ray(view: View, walk: Walk) -> tuple[str, np.ndarray]:
+    """Return caption and image of a walk."""
     segments, colours = segments_of(walk, palette=ON_LIGHT)
     caption = "one ray: " + ", ".join(text for _, text in legend(walk))
+    return caption, view.with_lines(segments, colours, width=2, hidden=0.5)
+
+
+def picture_of_links(view: View, walk: Walk) -> tuple[str, np.ndarray]:
+    """Return caption and image of the links (ropes) of the largest leaf that a walk enters."""
+    cells, structure = walk.cells, walk.structure
+    entered = walk.steps.cell[np.isin(walk.steps.kind, (VISIT_LEAF, VISIT_EMPTY))]
+    # A ray beside the scene enters none: then it is the largest of all.
+    chosen = np.isin(cells.numbers, entered) if len(entered) else cells.is_leaf
+    place = np.flatnonzero(chosen)
+    sizes = np.linalg.norm(cells.boxes[place, 3:] - cells.boxes[place, :3], axis=1)
+    leaf = int(cells.numbers[place[sizes.argmax()]])
+    segments, colours = links_of(structure, cells, leaf, ON_LIGHT)
+    n_links = len(structure.links(leaf))
+    caption = f"leaf {leaf} and its {n_links} link{'s' * (n_links != 1)} to neighbours"
     return caption, view.with_lines(segments, colours, width=2, hidden=0.5)
 
 
@@ -294,7 +314,7 @@ td { text-align: right; font-variant-numeric: tabular-nums; }
 their number of triangles. Empty leaves are tinted blue. Lines behind the mesh are faint. A ray is
 black; it enters inner nodes (grey), leaves with triangles (orange) and empty ones (blue), skips
 empty regions (violet), and tests triangles (pink); a red star is a hit that is postponed, and the
-triangle it hits in the end is green.</p>
+triangle it hits in the end is green. Arrows follow the links (ropes) of a leaf.</p>
 ROWS
 </body></html>
 """

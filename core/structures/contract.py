@@ -287,6 +287,8 @@ class Structure(abc.ABC):
     BYTES_PER_TRIANGLE: ClassVar[int] = 80
     """Memory at the peak of a build; by default a copy of the triangles."""
     has_mailbox: bool = False
+    has_links: ClassVar[bool] = False
+    """Whether :meth:`links` knows the neighbours of leaves."""
 
     def __init__(self, scene: Scene, settings: Any, arrays: Any, triangles: Triangles) -> None:
         self.scene = scene
@@ -337,7 +339,7 @@ class Structure(abc.ABC):
     def links(self, number: int) -> np.ndarray:
         """Return the links of a leaf to its neighbours, to draw: (k, 2, 3), centre to centre.
 
-        None unless the structure knows neighbours.
+        None without :attr:`has_links`.
         """
         return np.empty((0, 2, 3))
 

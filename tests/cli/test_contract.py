@@ -303,6 +303,17 @@ def test_pictures(run, tmp_path):
     assert "max_leaf_size=1" in page
 
 
+def test_a_picture_of_links_where_there_are_some(run, tmp_path):
+    outcome = run(
+        "evaluate", TETRA, "--structure", "octree", "bsp", "--rays", CAMERA,
+        "--pictures", tmp_path / "p", "--quiet",
+    )  # fmt: skip
+    assert (outcome.code, outcome.err) == (0, "")
+    assert [path.name for path in (tmp_path / "p").glob("*-links.png")] == [
+        "tetra-octree-links.png"
+    ]
+
+
 def test_pictures_of_difficult_scenes(run, obj, tmp_path):
     for name, triangles in (
         ("small", [[[0, 0, 0], [1e-20, 0, 0], [0, 1e-20, 0]]]),

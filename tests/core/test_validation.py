@@ -120,3 +120,27 @@ def test_a_wrong_order_of_triangles_is_found(lab, build):
     ids[3] = ids[4]
     tree.triangles = tree.triangles._replace(ids=ids)
     assert tree.validate() != []
+
+
+def test_links_lead_to_cells_that_touch(lab, build, structure_name):
+    """Where a structure has links, a leaf has one behind each face that is not in the border."""
+    structure = build(structure_name, lab.small_scene("suzanne"))
+    cells = structure.cells()
+    by_number = np.empty_like(cells.boxes)
+    by_number[cells.numbers] = cells.boxes
+    centres = 0.5 * (by_number[:, :3] + by_number[:, 3:])
+    for number in cells.numbers[cells.is_leaf][::50]:
+        links = structure.links(int(number))
+        if not structure.has_links:
+            assert len(links) == 0
+            continue
+        own = by_number[number]
+        inside = (own[:3] > by_number[0, :3]).sum() + (own[3:] < by_number[0, 3:]).sum()
+        assert len(links) == inside
+        assert (links[:, 0] == centres[number]).all()
+        for end in links[:, 1]:
+            # Centres of a cell and of a node above it may coincide: one of these touches.
+            others = by_number[(centres == end).all(axis=1)]
+            assert len(others) > 0
+            touching = (others[:, :3] <= own[3:]).all(axis=1) & (others[:, 3:] >= own[:3]).all(1)
+            assert touching.any()

@@ -172,6 +172,7 @@ class KdTree(Subdivision):
     label = "kd-Tree"
     summary = "Binary tree of cells, cut by planes across one axis each"
     Settings = KdTreeSettings
+    has_links = True
     made: np.ndarray | None = None
 
     @classmethod

@@ -106,6 +106,7 @@ class Octree(Subdivision):
     label = "Octree"
     summary = "Cells cut into eight, stored in four ways, walked in five"
     Settings = OctreeSettings
+    has_links = True
 
     def __init__(
         self, scene: Scene, settings: OctreeSettings, built: BuiltTree, triangles: Triangles

@@ -108,6 +108,8 @@ class Subdivision(Structure):
         face: a neighbour of the same size or larger, or an inner node where the other side is
         divided more finely. Faces in the border of the root have none, nor have inner nodes.
         """
+        if not self.has_links:
+            return super().links(number)
         nodes = self.topology()
         (index,) = np.nonzero(nodes.leaves == number)
         if not len(index):
