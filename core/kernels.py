@@ -93,7 +93,9 @@ def dispatched(function: Callable) -> Callable:
     return functools.singledispatch(function)
 
 
-def implements(declared: Any, record: type) -> Callable[[Callable], Callable]:
+def implements(
+    declared: Any, record: type, *, inline: bool = False
+) -> Callable[[Callable], Callable]:
     """Register an implementation of a dispatched kernel for one NamedTuple type.
 
     Parameters
@@ -101,7 +103,10 @@ def implements(declared: Any, record: type) -> Callable[[Callable], Callable]:
     declared : dispatched kernel
     record : NamedTuple class
         The type of the first argument this implementation is for.
+    inline : bool
+        Compile it into every caller, like :func:`inlined`.
     """
+    options = INNER | {"forceinline": True} if inline else INNER
 
     def register(function: Callable) -> Callable:
         declared.register(record)(function)
@@ -113,7 +118,7 @@ def implements(declared: Any, record: type) -> Callable[[Callable], Callable]:
                 is_ours = isinstance(first, types.BaseNamedTuple) and first.instance_class is record
                 return function if is_ours else None
 
-            overload(declared, strict=False, jit_options=INNER)(choose)
+            overload(declared, strict=False, jit_options=options)(choose)
         return function
 
     return register

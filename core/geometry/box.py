@@ -6,12 +6,12 @@ it where it is inside all three (lecture: "intersection of strips").
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ..kernels import inlined, inner
-
-MISS = np.inf
-"""What :func:`enter_box` returns for a ray that misses."""
+from ..kernels import implements, inlined, inner
+from .volume import MISS, enter, fit, prepare
 
 
 @inlined
@@ -74,3 +74,54 @@ def surface_area(boxes: np.ndarray) -> np.ndarray:
     size = boxes[..., 3:] - boxes[..., :3]
     x, y, z = size[..., 0], size[..., 1], size[..., 2]
     return 2.0 * (x * y + y * z + z * x)
+
+
+# -------------------------------------------------------------------------- as a bounding volume
+
+
+class Boxes(NamedTuple):
+    """Axis-aligned boxes as bounding volumes.
+
+    Attributes
+    ----------
+    rows : (n, 6) float64
+    """
+
+    rows: np.ndarray
+
+    def areas(self) -> np.ndarray:
+        """Return the surface areas, (n,)."""
+        return surface_area(self.rows)
+
+    def contents(self) -> np.ndarray:
+        """Return the volumes, (n,)."""
+        return (self.rows[:, 3:] - self.rows[:, :3]).prod(axis=1)
+
+    def boxes(self) -> np.ndarray:
+        """Return the axis-aligned boxes around them, (n, 6)."""
+        return self.rows
+
+
+@implements(fit, Boxes)
+def fit_box(volumes, index, corners, first, last):
+    """Minimum and maximum of every coordinate."""
+    row = volumes.rows[index]
+    for axis in range(3):
+        low, high = corners[first, 0, axis], corners[first, 0, axis]
+        for i in range(first, last):
+            for k in range(3):
+                x = corners[i, k, axis]
+                low = x if x < low else low
+                high = x if x > high else high
+        row[axis], row[3 + axis] = low, high
+
+
+@implements(prepare, Boxes)
+def prepare_box(volumes, ray, strips):
+    """Nothing: the ray has it all."""
+
+
+@implements(enter, Boxes, inline=True)
+def enter_boxes(volumes, index, ray, strips, limit):
+    """The slab test."""
+    return enter_box(volumes.rows, index, ray, limit)

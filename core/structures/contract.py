@@ -27,6 +27,7 @@ from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
 from .cells import Cells
+from .exhibits import Exhibit
 from .steps import COUNTER_NAMES, Log, Steps, make_log
 
 STACK_SIZE = 128
@@ -342,6 +343,10 @@ class Structure(abc.ABC):
         None without :attr:`has_links`.
         """
         return np.empty((0, 2, 3))
+
+    def exhibits(self) -> list[Exhibit]:
+        """Return what else there is to show of this structure; cheap, frames are made on demand."""
+        return []
 
     def region(self, number: int, direction: np.ndarray) -> np.ndarray | None:
         """Return the box (6,) that a ray of a direction (3,) passes in one step from a cell.

@@ -84,7 +84,9 @@ def test_a_record_has_the_keys_of_the_contract(evaluate):
     assert np.array(record["scene"]["bounds"]).shape == (2, 3)
     assert record["structure"]["name"] == "bvh"
     assert record["structure"]["settings"] == {
-        "builder": "binned", "max_leaf_size": 4, "bins": 8, "C_trav": 1.2, "C_isect": 1.0,
+        "builder": "binned_sah", "axis": "best", "volume": "aabb", "arity": "2", "optimise": "none",
+        "max_leaf_size": 4, "bins": 8, "radius": 14, "morton_bits": "63", "duplication": 2.0,
+        "C_trav": 1.2, "C_isect": 1.0,
     }  # fmt: skip
     assert record["statistics"]["sah_constants"] == {"C_trav": 1.2, "C_isect": 1.0}
     assert record["rays"]["name"] == "random_lines"

@@ -1,6 +1,7 @@
-"""The bounding volume hierarchy: its tree, its builders, its walk."""
+"""The bounding volume hierarchy: builders, optimisers, volumes, walks."""
 
-from .hierarchy import BVH, BVHSettings
+from .hierarchy import BVH
+from .settings import BVHSettings
 
 STRUCTURE = BVH
 

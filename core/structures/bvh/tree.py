@@ -1,33 +1,107 @@
-"""The tree of a BVH, whatever has built it.
+"""The trees of hierarchies: what builders make, what optimisers rearrange, what walks take.
 
-A binary tree over a permutation of the triangles: a leaf owns a range of it, every node has a box
-around what is below it.
+Topology and volume are independent. A builder groups references to triangles, here into a
+:class:`Grouping`: a tree whose leaves are ranges of references. Volumes are fitted to it afterwards
+(:mod:`.fit`).
+
+An optimiser moves subtrees about, for which a :class:`LinkedTree` with one reference per leaf is
+handier: :func:`linked` makes one, :func:`.collapse.collapse` makes a grouping of it again.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import kernel
+from ...kernels import call, kernel
 
 
-class BVHArrays(NamedTuple):
-    """The tree as its kernels see it; node 0 is the root, siblings are neighbours.
+class Primitives(NamedTuple):
+    """What a builder builds over.
+
+    Attributes
+    ----------
+    corners : (n, 3, 3) float64
+    boxes : (n, 6) float64
+        Box of each triangle; the builder may reorder or overwrite them.
+    """
+
+    corners: np.ndarray
+    boxes: np.ndarray
+
+
+class Tree(NamedTuple):
+    """A binary tree; node 0 is the root, siblings are neighbours.
 
     Attributes
     ----------
     boxes : (n_nodes, 6) float64
     first : (n_nodes,) int32
-        Left child of an inner node (the right one is the next), first triangle of a leaf.
+        Left child of an inner node (the right one is the next), first reference of a leaf.
     size : (n_nodes,) int32
-        Triangles of a leaf; 0 marks an inner node.
+        References of a leaf; 0 marks an inner node.
     """
 
     boxes: np.ndarray
     first: np.ndarray
     size: np.ndarray
+
+
+class LinkedTree(NamedTuple):
+    """A binary tree that can be rearranged: every node knows its parent and its children.
+
+    Of n leaves with one reference each: leaf i is node i and has reference i, inner nodes are
+    ``n ... 2n - 2`` in any order.
+
+    Attributes
+    ----------
+    boxes : (2n - 1, 6) float64
+    left, right : (2n - 1,) int32
+        -1 for leaves.
+    parent : (2n - 1,) int32
+        -1 for the root.
+    """
+
+    boxes: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+    parent: np.ndarray
+
+
+class Pieces(NamedTuple):
+    """The parts of triangles that references stand for, where a triangle has several.
+
+    Attributes
+    ----------
+    corners : (m, 3, 3) float64
+        Each part as triangles, in the order of the references.
+    offsets : (n_references + 1,) int64
+        Reference i has ``corners[offsets[i]:offsets[i + 1]]``.
+    """
+
+    corners: np.ndarray
+    offsets: np.ndarray
+
+
+@dataclass(frozen=True)
+class Grouping:
+    """What a builder makes.
+
+    Attributes
+    ----------
+    tree : Tree
+    order : (n_references,) int32
+        The triangle of each reference. A leaf's references follow each other, and those of every
+        subtree do, too.
+    pieces : Pieces, optional
+        None if every reference stands for its whole triangle.
+    """
+
+    tree: Tree
+    order: np.ndarray
+    pieces: Pieces | None = None
 
 
 @kernel
@@ -51,3 +125,63 @@ def copy_depth_first(tree, out, stack):
                 stack[height, 0], stack[height, 1] = tree.first[old] + right, taken + right
                 height += 1
             taken += 2
+
+
+def linked(tree: Tree) -> LinkedTree:
+    """Return a tree with one reference per leaf as a linked one.
+
+    Raises
+    ------
+    ValueError
+        If a leaf has several.
+    """
+    is_leaf = tree.size > 0
+    count = int(is_leaf.sum())
+    if (tree.size[is_leaf] != 1).any():
+        raise ValueError("a leaf has several references")
+    number = np.empty(len(tree.size), np.int32)
+    number[is_leaf] = tree.first[is_leaf]
+    number[~is_leaf] = count + np.arange(len(number) - count)
+    out = LinkedTree(
+        np.empty((len(number), 6)), *(np.full(len(number), -1, np.int32) for _ in range(3))
+    )
+    out.boxes[number] = tree.boxes
+    inner, first = number[~is_leaf], tree.first[~is_leaf]
+    out.left[inner], out.right[inner] = number[first], number[first + 1]
+    out.parent[number[first]] = out.parent[number[first + 1]] = inner
+    return out
+
+
+def depths_of(first: np.ndarray, size: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """Return the depth of every node of a tree whose inner nodes have `width` children."""
+    depth = np.zeros(len(size), dtype=np.int64)
+    level = np.zeros(1, dtype=np.int64)
+    below = 0
+    while len(level):
+        depth[level] = below
+        parents = level[size[level] == 0]
+        children = width[parents]
+        rank = np.arange(children.sum()) - np.repeat(np.cumsum(children) - children, children)
+        level = np.repeat(first[parents].astype(np.int64), children) + rank
+        below += 1
+    return depth
+
+
+@kernel
+def find_ranges(first, size, width, begin, end):
+    """Write the range of references below every node; children come behind their parents."""
+    for node in range(len(size) - 1, -1, -1):
+        if size[node] > 0:
+            begin[node], end[node] = first[node], first[node] + size[node]
+        else:
+            begin[node] = begin[first[node]]
+            end[node] = end[first[node] + width[node] - 1]
+
+
+def ranges_of(
+    first: np.ndarray, size: np.ndarray, width: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return begin and end of the references below every node, (n_nodes,) int64 each."""
+    begin, end = np.empty(len(size), np.int64), np.empty(len(size), np.int64)
+    call(find_ranges, first, size, width, begin, end)
+    return begin, end

@@ -14,7 +14,7 @@ I. Wald: On fast Construction of SAH-based Bounding Volume Hierarchies, RT 2007.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,10 @@ from ...kernels import call, inner, kernel
 from ...parallel import core_count
 from ...progress import Progress
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
-from .tree import BVHArrays, copy_depth_first
+from .tree import Grouping, Primitives, Tree, copy_depth_first
+
+if TYPE_CHECKING:
+    from .settings import BVHSettings
 
 SUBTREE = 1 << 16
 """Triangles up to which a subtree is built by one kernel call, in some 50 ms; different subtrees on
@@ -228,25 +231,20 @@ def build_subtree(tree, boxes, order, node, first, count, depth, rule, scratch):
             height += 2
 
 
-def build_tree(
-    boxes: np.ndarray, rule: SplitRule, progress: Progress
-) -> tuple[BVHArrays, np.ndarray]:
-    """Build the tree over boxes, which are reordered in place.
+def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+    """Build the tree; the boxes of the primitives are reordered.
 
-    Parameters
-    ----------
-    boxes : (n, 6) float64
-
-    Returns
-    -------
-    tree : BVHArrays
-    order : (n,) int32
-        Original index of each box in its new place.
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
+    boxes = primitives.boxes
+    rule = SplitRule(settings.max_leaf_size, settings.bins, settings.C_trav, settings.C_isect)
     count = len(boxes)
     order = np.arange(count, dtype=np.int32)
     # A size of -1 marks a number that no node has taken.
-    tree = BVHArrays(
+    tree = Tree(
         np.zeros((2 * count - 1, 6)), np.zeros(2 * count - 1, np.int32),
         np.full(2 * count - 1, -1, np.int32),
     )  # fmt: skip
@@ -282,8 +280,6 @@ def build_tree(
             for future in futures:
                 future.cancel()
     n_nodes = int((tree.size >= 0).sum())
-    compact = BVHArrays(
-        np.empty((n_nodes, 6)), np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32)
-    )
+    compact = Tree(np.empty((n_nodes, 6)), np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32))
     call(copy_depth_first, tree, compact, scratch.stack)
-    return compact, order
+    return Grouping(compact, order)

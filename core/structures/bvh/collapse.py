@@ -1,0 +1,190 @@
+"""Which subtrees become leaves: where testing all triangles costs no more than going on.
+
+From the leaves up, with everything below already at its best:
+
+    Cost(node) = min(C_isect N SA, C_trav SA + Cost(left) + Cost(right))
+
+That is optimal for the given tree, while a builder from the top down must decide before it knows
+what comes below.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...geometry.box import area_of
+from ...kernels import call, inner, kernel
+from ..contract import MAXIMUM_DEPTH
+from .tree import LinkedTree, Tree
+
+
+class LeafRule(NamedTuple):
+    """What decides whether a node is a leaf, for kernels."""
+
+    max_leaf_size: int
+    c_trav: float
+    c_isect: float
+
+
+class Below(NamedTuple):
+    """What is known of every node of a linked tree: arrays of 2n - 1.
+
+    Attributes
+    ----------
+    preorder : int32
+        The nodes, parents before children.
+    count : int32
+        References below.
+    height : int32
+        Levels below.
+    cost : float64
+        Of the best subtree, in units of area.
+    is_leaf : bool
+        Whether it ends there.
+    """
+
+    preorder: np.ndarray
+    count: np.ndarray
+    height: np.ndarray
+    cost: np.ndarray
+    is_leaf: np.ndarray
+
+
+@kernel
+def list_preorder(tree, root, out):
+    """Write all nodes below `root`, parents before children, left before right.
+
+    The list is its own stack: what waits is kept at its far end.
+    """
+    waiting = len(out) - 1
+    out[waiting] = root
+    done = 0
+    while waiting < len(out):
+        node = out[waiting]
+        waiting += 1
+        out[done] = node
+        done += 1
+        if tree.left[node] >= 0:
+            waiting -= 2
+            out[waiting], out[waiting + 1] = tree.left[node], tree.right[node]
+
+
+@kernel
+def decide_leaves(tree, rule, below):
+    """Fill in everything of `below` but its preorder."""
+    for i in range(len(below.preorder) - 1, -1, -1):
+        node = below.preorder[i]
+        left, right = tree.left[node], tree.right[node]
+        area = area_of(tree.boxes[node])
+        if left < 0:
+            below.count[node], below.height[node] = 1, 0
+            below.cost[node] = rule.c_isect * area
+            below.is_leaf[node] = True
+            continue
+        count = below.count[left] + below.count[right]
+        below.count[node] = count
+        below.height[node] = 1 + max(below.height[left], below.height[right])
+        split = rule.c_trav * area + below.cost[left] + below.cost[right]
+        whole = rule.c_isect * count * area
+        below.is_leaf[node] = count <= rule.max_leaf_size and whole <= split
+        below.cost[node] = whole if below.is_leaf[node] else split
+
+
+@inner
+def emit_leaf(tree, node, order, done, stack, height):
+    """Append the references below a node; return how many there are then."""
+    bottom = height
+    stack[height, 0] = node
+    height += 1
+    while height > bottom:
+        height -= 1
+        node = stack[height, 0]
+        if tree.left[node] < 0:
+            order[done] = node
+            done += 1
+        else:
+            stack[height, 0], stack[height + 1, 0] = tree.right[node], tree.left[node]
+            height += 2
+    return done
+
+
+@kernel
+def emit(tree, root, is_leaf, out, order, stack):
+    """Write the tree with its leaves, depth-first, siblings together; return its nodes."""
+    stack[0, 0], stack[0, 1] = root, 0
+    height, taken, done = 1, 1, 0
+    while height > 0:
+        height -= 1
+        old, new = stack[height, 0], stack[height, 1]
+        for side in range(6):
+            out.boxes[new, side] = tree.boxes[old, side]
+        if is_leaf[old]:
+            out.first[new] = done
+            done = emit_leaf(tree, old, order, done, stack, height)
+            out.size[new] = done - out.first[new]
+        else:
+            out.first[new], out.size[new] = taken, 0
+            stack[height, 0], stack[height, 1] = tree.right[old], taken + 1
+            stack[height + 1, 0], stack[height + 1, 1] = tree.left[old], taken
+            height += 2
+            taken += 2
+    return taken
+
+
+def collapse(tree: LinkedTree, rule: LeafRule) -> tuple[Tree, np.ndarray]:
+    """Choose leaves and return the tree as walks take it, and its references in order, int32.
+
+    A branch that gets deeper than walks can go is balanced first (:func:`limit_depth`).
+    """
+    n_nodes = len(tree.left)
+    below = Below(
+        np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32),
+        np.empty(n_nodes), np.empty(n_nodes, np.bool_),
+    )  # fmt: skip
+    root = int(np.flatnonzero(tree.parent < 0)[0])
+    call(list_preorder, tree, root, below.preorder)
+    call(decide_leaves, tree, rule, below)
+    if below.height[root] > MAXIMUM_DEPTH:
+        limit_depth(tree, below)
+        call(list_preorder, tree, root, below.preorder)
+        call(decide_leaves, tree, rule, below)
+    out = Tree(np.empty((n_nodes, 6)), np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32))
+    order = np.empty((n_nodes + 1) // 2, np.int32)
+    stack = np.empty((2 * MAXIMUM_DEPTH + 4, 2), np.int64)
+    taken = call(emit, tree, root, below.is_leaf, out, order, stack)
+    return Tree(out.boxes[:taken].copy(), out.first[:taken].copy(), out.size[:taken].copy()), order
+
+
+def limit_depth(tree: LinkedTree, below: Below) -> None:
+    """Balance, in place, what hangs below half of MAXIMUM_DEPTH and is too high for the rest.
+
+    Such branches come from triangles that nest in each other like dolls. The same inner nodes are
+    linked anew: halves of the leaves, in the order in which they were.
+    """
+    depth = np.zeros(len(tree.left), np.int32)
+    half = MAXIMUM_DEPTH // 2
+    for node in below.preorder.tolist():
+        if tree.parent[node] >= 0:
+            depth[node] = depth[tree.parent[node]] + 1
+    for top in np.flatnonzero((depth == half) & (below.height > half)).tolist():
+        place = int(np.flatnonzero(below.preorder == top)[0])
+        nodes = below.preorder[place : place + 2 * below.count[top] - 1]
+        leaves = nodes[tree.left[nodes] < 0]
+        spare = iter(nodes[tree.left[nodes] >= 0].tolist())
+        todo = [(next(spare), 0, len(leaves))]
+        made = []
+        while todo:
+            node, first, last = todo.pop()
+            middle = (first + last) // 2
+            made.append(node)
+            for side, a, b in ((tree.left, first, middle), (tree.right, middle, last)):
+                child = int(leaves[a]) if b - a == 1 else next(spare)
+                side[node], tree.parent[child] = child, node
+                if b - a > 1:
+                    todo.append((child, a, b))
+        for node in reversed(made):
+            a, b = tree.boxes[tree.left[node]], tree.boxes[tree.right[node]]
+            tree.boxes[node, :3] = np.minimum(a[:3], b[:3])
+            tree.boxes[node, 3:] = np.maximum(a[3:], b[3:])

@@ -1,0 +1,84 @@
+"""Settings of the bounding volume hierarchy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...settings import setting
+from ..contract import intersection_cost, traversal_cost
+from .builders import BUILDERS
+from .fit import KINDS
+from .optimisers import OPTIMISERS
+
+
+@dataclass(frozen=True)
+class BVHSettings:
+    """Settings of the bounding volume hierarchy."""
+
+    builder: str = setting(
+        "binned_sah",
+        "Builder",
+        "How the triangles are grouped",
+        choices={name: text for name, (text, _) in BUILDERS.items()},
+    )
+    axis: str = setting(
+        "best",
+        "Axis",
+        "Across which axis a builder from the top down may split a node",
+        choices={
+            "best": "Whichever is best: by cost, or for medians the longest",
+            "round_robin": "x, y and z in turn",
+        },
+    )
+    volume: str = setting(
+        "aabb",
+        "Volume",
+        "What is put around the triangles of a node",
+        choices={name: text for name, (text, _) in KINDS.items()},
+    )
+    arity: str = setting(
+        "2",
+        "Arity",
+        "How many children a node may have",
+        choices={"2": "Binary tree", "4": "Up to four, chosen by cost", "8": "Up to eight"},
+    )
+    optimise: str = setting(
+        "none",
+        "Optimise",
+        "How the finished tree is rearranged",
+        choices={name: text for name, (text, _) in OPTIMISERS.items()},
+    )
+    max_leaf_size: int = setting(
+        4,
+        "Max Leaf Size",
+        "A node with more triangles is always split",
+        unit="triangles",
+        minimum=1,
+        maximum=1024,
+    )
+    bins: int = setting(
+        16, "Bins", "Candidate intervals per axis", unit="bins", minimum=2, maximum=64
+    )
+    radius: int = setting(
+        14,
+        "Radius",
+        "How far PLOC looks for a neighbour along the Morton curve",
+        unit="clusters",
+        minimum=1,
+        maximum=512,
+    )
+    morton_bits: str = setting(
+        "63",
+        "Morton Bits",
+        "Length of Morton codes, for LBVH, HLBVH and PLOC",
+        choices={"30": "10 bits per axis", "63": "21 bits per axis"},
+    )
+    duplication: float = setting(
+        2.0,
+        "Duplication",
+        "Most references that spatial splits may make, per triangle",
+        minimum=1.0,
+        maximum=16.0,
+    )
+    C_trav: float = traversal_cost()
+    C_isect: float = intersection_cost()

@@ -1,0 +1,56 @@
+"""Exhibits: pictures of one idea, in frames, made of coloured lines in the scene's space.
+
+How clusters merge, how a queue is compacted, where a subtree was moved to: each is a list of
+segments and a caption, so that overlay and pictures show the same. A chart, too, is segments: it
+stands in an upright plane beside the model.
+
+An exhibit runs the builder's or optimiser's own code once more and looks at its steps; there is no
+second one that explains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture.
+
+    Attributes
+    ----------
+    segments : (k, 2, 3) float64
+        Both ends of each line.
+    colours : (k, 4) float64
+        sRGB and opacity of each line.
+    caption : str
+        What is to be seen, with its figures.
+    """
+
+    segments: np.ndarray
+    colours: np.ndarray
+    caption: str
+
+
+@dataclass(frozen=True)
+class Exhibit:
+    """A named series of frames.
+
+    Attributes
+    ----------
+    name, label, description : str
+        Key (a Python name), name in the panel, one sentence.
+    count : int
+        Number of frames, at least one.
+    frame : callable
+        Makes frame number i, ``0 <= i < count``.
+    """
+
+    name: str
+    label: str
+    description: str
+    count: int
+    frame: Callable[[int], Frame]
