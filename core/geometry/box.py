@@ -104,7 +104,7 @@ class Boxes(NamedTuple):
 
 @implements(fit, Boxes)
 def fit_box(volumes, index, corners, first, last):
-    """Minimum and maximum of every coordinate."""
+    """Take the minimum and maximum of every coordinate."""
     row = volumes.rows[index]
     for axis in range(3):
         low, high = corners[first, 0, axis], corners[first, 0, axis]
@@ -118,10 +118,10 @@ def fit_box(volumes, index, corners, first, last):
 
 @implements(prepare, Boxes)
 def prepare_box(volumes, ray, strips):
-    """Nothing: the ray has it all."""
+    """Do nothing: the ray has it all."""
 
 
 @implements(enter, Boxes, inline=True)
 def enter_boxes(volumes, index, ray, strips, limit):
-    """The slab test."""
+    """Test the three slabs."""
     return enter_box(volumes.rows, index, ray, limit)

@@ -43,7 +43,7 @@ def prepare(volumes, ray, strips):
 def enter(volumes, index, ray, strips, limit):
     """Return the t at which the ray enters a volume, or MISS if it does not by t = `limit`.
 
-    A ray that starts inside enters at 0. Conservative: the hit of no triangle inside lies outside
-    of what the ray has of the volume.
+    A ray that starts inside enters at 0. Conservative: whatever is rounded, no hit of a triangle
+    inside is before this t or in a volume that is missed.
     """
     raise TypeError(f"no enter for {type(volumes).__name__}")

@@ -35,7 +35,7 @@ class Below(NamedTuple):
     ----------
     preorder : int32
         The nodes, parents before children.
-    count : int32
+    references : int32
         References below.
     height : int32
         Levels below.
@@ -46,7 +46,7 @@ class Below(NamedTuple):
     """
 
     preorder: np.ndarray
-    count: np.ndarray
+    references: np.ndarray
     height: np.ndarray
     cost: np.ndarray
     is_leaf: np.ndarray
@@ -79,12 +79,12 @@ def decide_leaves(tree, rule, below):
         left, right = tree.left[node], tree.right[node]
         area = area_of(tree.boxes[node])
         if left < 0:
-            below.count[node], below.height[node] = 1, 0
+            below.references[node], below.height[node] = 1, 0
             below.cost[node] = rule.c_isect * area
             below.is_leaf[node] = True
             continue
-        count = below.count[left] + below.count[right]
-        below.count[node] = count
+        count = below.references[left] + below.references[right]
+        below.references[node] = count
         below.height[node] = 1 + max(below.height[left], below.height[right])
         split = rule.c_trav * area + below.cost[left] + below.cost[right]
         whole = rule.c_isect * count * area
@@ -170,7 +170,7 @@ def limit_depth(tree: LinkedTree, below: Below) -> None:
             depth[node] = depth[tree.parent[node]] + 1
     for top in np.flatnonzero((depth == half) & (below.height > half)).tolist():
         place = int(np.flatnonzero(below.preorder == top)[0])
-        nodes = below.preorder[place : place + 2 * below.count[top] - 1]
+        nodes = below.preorder[place : place + 2 * below.references[top] - 1]
         leaves = nodes[tree.left[nodes] < 0]
         spare = iter(nodes[tree.left[nodes] >= 0].tolist())
         todo = [(next(spare), 0, len(leaves))]
