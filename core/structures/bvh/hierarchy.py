@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 
 from ...geometry.box import Boxes, boxes_of, surface_area
+from ...geometry.rays import ULPS
 from ...geometry.triangle import triangles_of
 from ...geometry.volume import MOST_STRIPS
+from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ..cells import Cells
@@ -54,6 +56,20 @@ class BVH(Structure):
     figures: dict[str, Any]
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
+    BYTES_PER_REFERENCE = 230
+    """What spatial splits take beside that for every reference they are allowed."""
+
+    @classmethod
+    def refuse_too_large(cls, scene: Scene, settings: BVHSettings) -> None:
+        """Refuse what would not fit into memory, as the settings say."""
+        super().refuse_too_large(scene, settings)
+        if settings.builder == "sbvh":
+            per_triangle = cls.BYTES_PER_TRIANGLE + settings.duplication * cls.BYTES_PER_REFERENCE
+            refuse_if_too_large(
+                int(len(scene) * per_triangle),
+                f"sbvh over {len(scene)} triangles with duplication {settings.duplication:g}",
+                "lower duplication or use a smaller scene",
+            )
 
     @classmethod
     def build(cls, scene: Scene, settings: BVHSettings, progress: Progress = SILENT) -> BVH:
@@ -127,10 +143,11 @@ class BVH(Structure):
         boxes = self.arrays.volumes.boxes()
         leaves = np.flatnonzero(count > 0)
         covered = np.concatenate([np.arange(first[n], first[n] + count[n]) for n in leaves])
-        if not np.array_equal(np.sort(covered), np.arange(len(self.scene))):
-            violations.append("the leaves do not partition the triangles")
-        if not np.array_equal(np.sort(self.triangles.ids), np.arange(len(self.scene))):
-            violations.append("the order of the triangles is not a permutation")
+        ids = self.triangles.ids
+        if not np.array_equal(np.sort(covered), np.arange(len(ids))):
+            violations.append("the leaves do not partition the references")
+        if not np.array_equal(np.unique(ids), np.arange(len(self.scene))):
+            violations.append("a triangle is referenced nowhere")
         inner = np.flatnonzero(count == 0)
         width = self.width()[inner]
         rank = np.arange(width.sum()) - np.repeat(np.cumsum(width) - width, width)
@@ -143,10 +160,11 @@ class BVH(Structure):
             union_high = np.maximum.reduceat(boxes[children, 3:], starts)
             if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
                 violations.append("a node's box is not the union of its children's")
-        own = boxes_of(self.scene.triangles[self.triangles.ids[covered]])
+        if violations:
+            return violations
         leaf_boxes = boxes[np.repeat(leaves, count[leaves])]
-        if (own[:, :3] < leaf_boxes[:, :3]).any() or (own[:, 3:] > leaf_boxes[:, 3:]).any():
-            violations.append("a triangle sticks out of its leaf")
+        if not covers(self.scene.triangles, ids[covered], leaf_boxes):
+            violations.append("a triangle sticks out of its leaves")
         return violations
 
 
@@ -174,6 +192,36 @@ def group(scene: Scene, settings: BVHSettings, progress: Progress) -> tuple[Grou
     # A reference that a leaf holds now was number order[i] for the builder.
     pieces = reordered(grouping.pieces, order)
     return Grouping(collapsed, grouping.order[order], pieces, grouping.figures), costs
+
+
+WEIGHTS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4.0
+"""Points of a triangle as weights of its corners: corners, and others evenly between."""
+
+
+def covers(triangles: np.ndarray, ids: np.ndarray, boxes: np.ndarray) -> bool:
+    """Say whether every triangle is inside the boxes of its references.
+
+    With a single reference its box has to contain the whole triangle. With several, every one of
+    the points WEIGHTS has to be in one of the boxes, or as near as rounding allows.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float64
+    ids : (m,) int
+        The triangle of each reference.
+    boxes : (m, 6) float64
+    """
+    own = boxes_of(triangles)[ids]
+    is_inside = (own[:, :3] >= boxes[:, :3]).all(axis=1) & (own[:, 3:] <= boxes[:, 3:]).all(axis=1)
+    is_single = np.bincount(ids, minlength=len(triangles))[ids] == 1
+    several, part = ids[~is_single], boxes[~is_single]
+    slack = ULPS * np.abs(triangles).max(axis=(0, 1))
+    found = np.zeros((len(triangles), len(WEIGHTS)), dtype=bool)
+    for place, weights in enumerate(WEIGHTS):
+        points = np.einsum("k,nkc->nc", weights, triangles[several])
+        inside = (points >= part[:, :3] - slack) & (points <= part[:, 3:] + slack)
+        found[several[inside.all(axis=1)], place] = True
+    return bool(is_inside[is_single].all() and found[several].all())
 
 
 def figures_of_binary(tree: Tree, settings: BVHSettings) -> dict[str, float]:
