@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...progress import Progress
-from . import binned_sah
+from . import binned_sah, sbvh
 from .tree import Grouping, Primitives
 
 if TYPE_CHECKING:
@@ -18,5 +18,6 @@ BUILDERS: dict[str, tuple[str, Builder]] = {
     "binned_sah": (
         "From the top down, SAH evaluated at bin borders (Wald 2007)", binned_sah.build
     ),
+    "sbvh": ("Binned SAH with spatial splits, which cut triangles (Stich 2009)", sbvh.build),
 }  # fmt: skip
 """For each builder one sentence, and the function that builds."""
