@@ -3,29 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry.box import surface_area
-
-
-class Polygons(NamedTuple):
-    """Convex polygons in lists.
-
-    Attributes
-    ----------
-    points : (m, 3) float64
-        Corners, polygon after polygon, each once around.
-    offsets : (k + 1,) int64
-        Polygon i has ``points[offsets[i]:offsets[i + 1]]``.
-    owners : (k,) int64
-        Whose polygon it is, ascending: the place of a cell in :class:`Cells`.
-    """
-
-    points: np.ndarray
-    offsets: np.ndarray
-    owners: np.ndarray
+from ..geometry.polygons import Polygons
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.box import Boxes
+from ...geometry.kinds import KINDS
 from ...geometry.volume import fit
 from ...kernels import call, kernel
 from ...parallel import for_chunks
 from ...progress import Progress
-
-KINDS: dict[str, tuple[str, Any]] = {
-    "aabb": ("Axis-aligned box", lambda count: Boxes(np.empty((count, 6)))),
-}
-"""For each kind of volume one sentence, and what makes room for a number of them."""
 
 
 @kernel
