@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...geometry.box import Boxes, boxes_of, surface_area
+from ...geometry.kdop import KDOPs
 from ...geometry.triangle import triangles_of
 from ...geometry.volume import MOST_STRIPS
 from ...progress import SILENT, Progress
@@ -21,7 +22,7 @@ from ..cells import Cells
 from ..contract import STACK_SIZE, Statistics, Structure
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse
-from .fit import fit_all
+from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
 from .settings import BVHSettings
 from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_of
@@ -72,17 +73,21 @@ class BVH(Structure):
         if settings.volume == "aabb":
             volumes = Boxes(tree.boxes)
         else:
-            begin, end = ranges_of(tree.first, tree.size, width)
-            corners = structure.triangles.corners
-            if grouping.pieces:
-                corners, offsets = grouping.pieces
-                begin, end = offsets[begin], offsets[end]
-            volumes = fit_all(settings.volume, corners, begin, end, progress)
+            ranges = ranges_of(tree.first, tree.size, width)
+            volumes = fit_all(settings.volume, *structure._referred(*ranges), progress)
         if isinstance(tree, WideTree):
             structure.arrays = Wide(volumes, tree.first, tree.size, tree.width)
         else:
             structure.arrays = Binary(volumes, tree.first, tree.size)
         return structure
+
+    def _referred(
+        self, begin: np.ndarray, end: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return triangles, and the ranges of them that ranges of references stand for."""
+        if self.pieces is None:
+            return self.triangles.corners, begin, end
+        return self.pieces.corners, self.pieces.offsets[begin], self.pieces.offsets[end]
 
     def width(self) -> np.ndarray:
         """Return how many children every node has, (n_nodes,) int."""
@@ -123,8 +128,7 @@ class BVH(Structure):
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
         violations = []
-        first, count = self.arrays.first, self.arrays.size
-        boxes = self.arrays.volumes.boxes()
+        volumes, first, count = self.arrays.volumes, self.arrays.first, self.arrays.size
         leaves = np.flatnonzero(count > 0)
         covered = np.concatenate([np.arange(first[n], first[n] + count[n]) for n in leaves])
         if not np.array_equal(np.sort(covered), np.arange(len(self.scene))):
@@ -132,21 +136,26 @@ class BVH(Structure):
         if not np.array_equal(np.sort(self.triangles.ids), np.arange(len(self.scene))):
             violations.append("the order of the triangles is not a permutation")
         inner = np.flatnonzero(count == 0)
-        width = self.width()[inner]
+        widths = self.width()
+        width = widths[inner]
         rank = np.arange(width.sum()) - np.repeat(np.cumsum(width) - width, width)
         children = np.repeat(first[inner], width) + rank
         if not np.array_equal(np.sort(children), np.arange(1, len(count))):
             violations.append("a node has no parent or several")
-        elif len(inner):
-            starts = np.cumsum(width) - width
+        elif isinstance(volumes, Boxes | KDOPs) and (
+            not volumes.contain(np.repeat(inner, width), children).all()
+        ):
+            violations.append("a node does not contain a child")
+        if isinstance(volumes, Boxes) and len(inner) and not violations:
+            boxes, starts = volumes.rows, np.cumsum(width) - width
             union_low = np.minimum.reduceat(boxes[children, :3], starts)
             union_high = np.maximum.reduceat(boxes[children, 3:], starts)
             if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
                 violations.append("a node's box is not the union of its children's")
-        own = boxes_of(self.scene.triangles[self.triangles.ids[covered]])
-        leaf_boxes = boxes[np.repeat(leaves, count[leaves])]
-        if (own[:, :3] < leaf_boxes[:, :3]).any() or (own[:, 3:] > leaf_boxes[:, 3:]).any():
-            violations.append("a triangle sticks out of its leaf")
+        if not violations:
+            outsiders = sticking_out(volumes, *self._referred(*ranges_of(first, count, widths)))
+            if len(outsiders):
+                violations.append(f"triangles stick out of {len(outsiders)} nodes")
         return violations
 
 
