@@ -13,6 +13,7 @@ import numpy as np
 from ..kernels import implements, inlined, inner
 from ..outlines import corners_of
 from .affine import checked, moved, rounding
+from .half_spaces import every_other
 from .polygons import Polygons, sides_of
 from .volume import MISS, fit, outside, prepare, span
 
@@ -130,6 +131,10 @@ class Boxes(NamedTuple):
         """Say of pairs whether the one contains the other, (k,) bool."""
         a, b = self.rows[parents], self.rows[children]
         return (a[:, :3] <= b[:, :3]).all(1) & (a[:, 3:] >= b[:, 3:]).all(1)
+
+    def neighbours(self) -> np.ndarray:
+        """Return the half-spaces that may cut each face, (6, 5) int64."""
+        return every_other(6)
 
     def transformed(self, matrix: np.ndarray) -> Boxes:
         """Return boxes around these under an affine (4, 4) matrix: around their moved corners.

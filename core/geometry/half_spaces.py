@@ -4,18 +4,20 @@ A face is what all other half-spaces leave of a plane: a large square in the pla
 them (Sutherland and Hodgman 1974). Faces know nothing of each other, so flat polyhedra, redundant
 half-spaces and those that touch in a corner only need no care: they make faces without area.
 
+Not every other half-space can cut a face; see :func:`tight_neighbours`.
+
 I. Sutherland, G. Hodgman: Reentrant Polygon Clipping, CACM 17(1), 1974.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..kernels import call, inner, kernel
 from ..parallel import for_chunks
-from ..progress import SILENT
+from ..progress import SILENT, Progress
 from .polygons import Polygons
 
 SHELL = 1e-12
@@ -24,6 +26,10 @@ away the faces of a flat one."""
 
 THIN = 1e-9
 """Faces below this share of the polyhedron's size squared are not drawn."""
+
+
+AT_ONCE = 1024
+"""Polyhedra whose half-spaces are written out at once."""
 
 
 class Room(NamedTuple):
@@ -94,15 +100,15 @@ def cut_polygon(plane, shell, room, row, count):
 
 
 @inner
-def cut_face(planes, face, middle, size, shell, room):
+def cut_face(planes, face, neighbours, middle, size, shell, room):
     """Cut out a face; return its row in the room and its number of corners, 0 if there is none."""
     start_square(planes[face], middle, size, room.points[0])
     row, count = 0, 4
-    for other in range(len(planes)):
-        if other != face:
-            row, count = cut_polygon(planes[other], shell, room, row, count)
-            if count == 0:
-                break
+    for i in range(len(neighbours)):
+        other = neighbours[i]
+        if other < 0 or count == 0:
+            break
+        row, count = cut_polygon(planes[other], shell, room, row, count)
     return row, count
 
 
@@ -119,12 +125,14 @@ def polygon_area(points, count):
 
 
 @kernel
-def measure_range(planes, middles, sizes, shells, room, areas, contents):
+def measure_range(planes, neighbours, middles, sizes, shells, room, areas, contents):
     """Write areas and volumes; pyramids over the faces, from the middle, make up the volume."""
     for i in range(len(planes)):
         areas[i], contents[i] = 0.0, 0.0
         for face in range(planes.shape[1]):
-            row, count = cut_face(planes[i], face, middles[i], sizes[i], shells[i], room)
+            row, count = cut_face(
+                planes[i], face, neighbours[face], middles[i], sizes[i], shells[i], room
+            )
             if count == 0:
                 continue
             area, height = polygon_area(room.points[row], count), planes[i, face, 3]
@@ -135,12 +143,14 @@ def measure_range(planes, middles, sizes, shells, room, areas, contents):
 
 
 @kernel
-def write_faces(planes, middles, sizes, shells, room, points, sizes_out, owners):
+def write_faces(planes, neighbours, middles, sizes, shells, room, points, sizes_out, owners):
     """Write the corners of all faces that are seen; return the number of corners and of faces."""
     n_points, n_faces = 0, 0
     for i in range(len(planes)):
         for face in range(planes.shape[1]):
-            row, count = cut_face(planes[i], face, middles[i], sizes[i], shells[i], room)
+            row, count = cut_face(
+                planes[i], face, neighbours[face], middles[i], sizes[i], shells[i], room
+            )
             if count < 3 or polygon_area(room.points[row], count) <= THIN * sizes[i] * sizes[i]:
                 continue
             for corner in range(count):
@@ -152,53 +162,94 @@ def write_faces(planes, middles, sizes, shells, room, points, sizes_out, owners)
     return n_points, n_faces
 
 
+def every_other(count: int) -> np.ndarray:
+    """Return the half-spaces that may cut each face, (m, m - 1) int64: all others."""
+    faces = np.arange(count)
+    return np.where(faces[:-1] < faces[:, None], faces[:-1], faces[:-1] + 1)
+
+
+def tight_neighbours(normals: np.ndarray) -> np.ndarray:
+    """Return the half-spaces that may cut each face of a polyhedron that fits tightly.
+
+    All half-spaces touch the same object: h is the largest n . p over its points. Where the normals
+    a and b of two sum up to a multiple c of that of a third, n, the second cannot cut the first
+    one's face: on that, ``b . p = c n . p - a . p <= c h(n) - h(a)``, and the object's point that
+    touches the third half-space says ``c h(n) <= h(a) + h(b)``. Nor can its opposite. Of the 25
+    others of a 26-DOP that leaves eight to twelve.
+
+    Parameters
+    ----------
+    normals : (m, 3) float64
+
+    Returns
+    -------
+    (m, c) int64
+        The end of a list is filled with -1.
+    """
+    sums = normals[:, None] + normals
+    lengths = np.linalg.norm(sums, axis=2, keepdims=True)
+    units = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    cosines = (sums / np.where(lengths > 0.0, lengths, 1.0)) @ units.T
+    may_cut = (lengths[:, :, 0] > 0.0) & (cosines < 1.0 - 1e-9).all(axis=2)
+    np.fill_diagonal(may_cut, False)
+    lists = np.full((len(normals), may_cut.sum(axis=1).max()), -1)
+    for face, row in enumerate(may_cut):
+        lists[face, : row.sum()] = np.flatnonzero(row)
+    return lists
+
+
 def prepared(planes: np.ndarray, boxes: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return planes with normals of unit length, and middle, size and shell of each polyhedron."""
     middles = 0.5 * (boxes[:, :3] + boxes[:, 3:])
     sizes = np.linalg.norm(boxes[:, 3:] - boxes[:, :3], axis=1)
     shells = SHELL * sizes + 16 * np.finfo(float).eps * np.abs(boxes).max(axis=1)
-    planes = planes / np.linalg.norm(planes[:, :, :3], axis=2, keepdims=True)
-    return planes, middles, sizes, shells
+    return planes / np.linalg.norm(planes[:, :, :3], axis=2)[:, :, None], middles, sizes, shells
 
 
-def measured(volumes, progress=SILENT) -> tuple[np.ndarray, np.ndarray]:
+def measured(volumes: Any, progress: Progress = SILENT) -> tuple[np.ndarray, np.ndarray]:
     """Return surface areas and volumes of convex polyhedra, (n,) each.
 
     Parameters
     ----------
     volumes : NamedTuple of arrays
-        With methods ``boxes()`` and ``half_spaces(numbers)``.
+        With methods ``boxes()``, ``half_spaces(numbers)`` and ``neighbours()``.
     """
-    boxes = volumes.boxes()
+    boxes, neighbours = volumes.boxes(), volumes.neighbours()
     areas, contents = np.empty(len(boxes)), np.empty(len(boxes))
 
     def work(first: int, last: int) -> None:
-        numbers = np.arange(first, last)
-        planes = volumes.half_spaces(numbers)
-        room = make_room(planes.shape[1])
-        out = areas[first:last], contents[first:last]
-        call(measure_range, *prepared(planes, boxes[numbers]), room, *out)
+        # Not too many at once: their planes should stay in the cache.
+        for begin in range(first, last, AT_ONCE):
+            numbers = np.arange(begin, min(begin + AT_ONCE, last))
+            planes, *rest = prepared(volumes.half_spaces(numbers), boxes[numbers])
+            out = areas[numbers[0] : numbers[-1] + 1], contents[numbers[0] : numbers[-1] + 1]
+            room = make_room(planes.shape[1])
+            call(measure_range, planes, neighbours, *rest, room, *out)
 
     for_chunks(work, len(boxes), 0, progress, "Measuring volumes")
     return areas, contents
 
 
-def faces_of(volumes, numbers: np.ndarray) -> Polygons:
+def faces_of(volumes: Any, numbers: np.ndarray) -> Polygons:
     """Return the faces of some polyhedra; the owner of a face is its place in `numbers`.
 
     Parameters
     ----------
     volumes : NamedTuple of arrays
-        With methods ``boxes()`` and ``half_spaces(numbers)``.
+        With methods ``boxes()``, ``half_spaces(numbers)`` and ``neighbours()``.
     """
-    planes = volumes.half_spaces(numbers)
-    n, m = planes.shape[:2]
-    # Of a polyhedron with m faces: at most 3 m - 6 edges, each in two faces; and some double ones.
-    points, sizes = np.empty((n * 8 * m, 3)), np.empty(n * m, np.int64)
-    owners = np.empty(n * m, np.int64)
-    n_points, n_faces = call(
-        write_faces, *prepared(planes, volumes.boxes()[numbers]), make_room(m),
-        points, sizes, owners,
-    )  # fmt: skip
-    offsets = np.concatenate([[0], np.cumsum(sizes[:n_faces])])
-    return Polygons(points[:n_points].copy(), offsets, owners[:n_faces].copy())
+    boxes, neighbours = volumes.boxes(), volumes.neighbours()
+    lists = []
+    for begin in range(0, max(len(numbers), 1), AT_ONCE):
+        some = numbers[begin : begin + AT_ONCE]
+        planes, *rest = prepared(volumes.half_spaces(some), boxes[some])
+        n, m = planes.shape[:2]
+        # Of m faces: at most 3 m - 6 edges, each in two of them; and room for double corners.
+        points, sizes = np.empty((n * 8 * m, 3)), np.empty(n * m, np.int64)
+        owners = np.empty(n * m, np.int64)
+        n_points, n_faces = call(
+            write_faces, planes, neighbours, *rest, make_room(m), points, sizes, owners
+        )
+        lists.append((points[:n_points].copy(), sizes[:n_faces].copy(), owners[:n_faces] + begin))
+    points, sizes, owners = (np.concatenate(parts) for parts in zip(*lists))
+    return Polygons(points, np.concatenate([[0], np.cumsum(sizes)]), owners)

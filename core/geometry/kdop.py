@@ -28,7 +28,7 @@ from ..kernels import implements
 from ..outlines import corners_of
 from .affine import EPS, checked, moved, rounding
 from .box import surface_area
-from .half_spaces import faces_of, measured
+from .half_spaces import faces_of, measured, tight_neighbours
 from .polygons import Polygons
 from .volume import MISS, fit, outside, prepare, slack_of, span
 
@@ -82,6 +82,11 @@ class KDOPs(NamedTuple):
         planes[:, 0::2, :3], planes[:, 1::2, :3] = -self.directions, self.directions
         planes[:, 0::2, 3], planes[:, 1::2, 3] = -rows[:, 0::2], rows[:, 1::2]
         return planes
+
+    def neighbours(self) -> np.ndarray:
+        """Return the half-spaces that may cut each face, (k, c) int64, filled with -1."""
+        normals = np.stack([-self.directions, self.directions], axis=1).reshape(-1, 3)
+        return tight_neighbours(normals)
 
     def contain(self, parents: np.ndarray, children: np.ndarray) -> np.ndarray:
         """Say of pairs whether the one contains the other, (m,) bool."""

@@ -22,6 +22,7 @@ import numpy as np
 from ..kernels import implements, inner
 from ..outlines import UNIT_CORNERS
 from .affine import EPS, checked, moved, rounding
+from .half_spaces import every_other
 from .polygons import Polygons, sides_of
 from .volume import MISS, fit, outside, prepare, slack_of, span
 
@@ -82,6 +83,10 @@ class OBBs(NamedTuple):
         return np.concatenate(
             [np.concatenate([-axes, -low], axis=2), np.concatenate([axes, high], axis=2)], axis=1
         )
+
+    def neighbours(self) -> np.ndarray:
+        """Return the half-spaces that may cut each face, (6, 5) int64."""
+        return every_other(6)
 
     def transformed(self, matrix: np.ndarray) -> OBBs:
         """Return boxes around these under an affine (4, 4) matrix.

@@ -28,7 +28,7 @@ class Cells:
         Figures of this structure's cells only, by name. ``order`` is the step of the building in
         which a cell was made, 0 for the root.
     faces : Polygons, optional
-        Of cells that are not boxes.
+        Of cells that are not boxes. Cells behind the last owner are drawn as their boxes.
     planes : Polygons, optional
         The planes that cut inner nodes, each clipped to its cell.
     areas : (n,) float64, optional

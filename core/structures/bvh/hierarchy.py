@@ -8,6 +8,7 @@ volume is put around each group (:mod:`.fit`).
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,9 @@ from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_
 from .walk import Binary, VolumeWorkspace
 from .wide import WideTree, widened
 from .wide_walk import WIDE_STACK_SIZE, Wide
+
+MOST_SHAPES = 20_000
+"""Volumes that are drawn in their shape, if they are not boxes."""
 
 
 class BVH(Structure):
@@ -100,14 +104,29 @@ class BVH(Structure):
         return depths_of(self.arrays.first, self.arrays.size, self.width())
 
     def cells(self) -> Cells:
-        """Return the volumes of all nodes; a cell's number is its node."""
-        count = self.arrays.size
-        return Cells.sorted_by_depth(self.arrays.volumes.boxes(), self.depths(), count > 0, count)
+        """Return the volumes of all nodes; a cell's number is its node.
+
+        Of volumes that are not boxes, the MOST_SHAPES nodes nearest to the root come as they are,
+        the others as boxes around them: a million 26-DOPs would take three gigabytes.
+        """
+        volumes, count, depth = self.arrays.volumes, self.arrays.size, self.depths()
+        boxes, is_leaf = volumes.boxes(), count > 0
+        if isinstance(volumes, Boxes):
+            return Cells.sorted_by_depth(boxes, depth, is_leaf, count)
+        shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
+        faces = volumes.polygons(shaped)
+        faces = faces._replace(owners=shaped[faces.owners])
+        return Cells.sorted_by_depth(boxes, depth, is_leaf, count, faces=faces, areas=self.areas)
+
+    @functools.cached_property
+    def areas(self) -> np.ndarray:
+        """Surface areas of all volumes, (n_nodes,)."""
+        return self.arrays.volumes.areas()
 
     def statistics(self) -> Statistics:
         """Return the figures of the tree; areas are those of the volumes themselves."""
         count = self.arrays.size
-        areas = self.arrays.volumes.areas()
+        areas = self.areas
         extra = self.figures | {
             "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0])
         }
