@@ -8,11 +8,13 @@ volume is put around each group (:mod:`.fit`).
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Any
 
 import numpy as np
 
 from ...geometry.box import Boxes, boxes_of, surface_area
+from ...geometry.kdop import KDOPs
 from ...geometry.rays import ULPS
 from ...geometry.triangle import triangles_of
 from ...geometry.volume import MOST_STRIPS
@@ -23,13 +25,16 @@ from ..cells import Cells
 from ..contract import STACK_SIZE, Statistics, Structure
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse
-from .fit import fit_all
+from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
 from .settings import BVHSettings
 from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
 from .wide import WideTree, widened
 from .wide_walk import WIDE_STACK_SIZE, Wide
+
+MOST_SHAPES = 20_000
+"""Volumes that are drawn in their shape, if they are not boxes."""
 
 
 class BVH(Structure):
@@ -88,17 +93,21 @@ class BVH(Structure):
         if settings.volume == "aabb":
             volumes = Boxes(tree.boxes)
         else:
-            begin, end = ranges_of(tree.first, tree.size, width)
-            corners = structure.triangles.corners
-            if grouping.pieces:
-                corners, offsets = grouping.pieces
-                begin, end = offsets[begin], offsets[end]
-            volumes = fit_all(settings.volume, corners, begin, end, progress)
+            ranges = ranges_of(tree.first, tree.size, width)
+            volumes = fit_all(settings.volume, *structure._referred(*ranges), progress)
         if isinstance(tree, WideTree):
             structure.arrays = Wide(volumes, tree.first, tree.size, tree.width)
         else:
             structure.arrays = Binary(volumes, tree.first, tree.size)
         return structure
+
+    def _referred(
+        self, begin: np.ndarray, end: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return triangles, and the ranges of them that ranges of references stand for."""
+        if self.pieces is None:
+            return self.triangles.corners, begin, end
+        return self.pieces.corners, self.pieces.offsets[begin], self.pieces.offsets[end]
 
     def width(self) -> np.ndarray:
         """Return how many children every node has, (n_nodes,) int."""
@@ -111,14 +120,29 @@ class BVH(Structure):
         return depths_of(self.arrays.first, self.arrays.size, self.width())
 
     def cells(self) -> Cells:
-        """Return the volumes of all nodes; a cell's number is its node."""
-        count = self.arrays.size
-        return Cells.sorted_by_depth(self.arrays.volumes.boxes(), self.depths(), count > 0, count)
+        """Return the volumes of all nodes; a cell's number is its node.
+
+        Of volumes that are not boxes, the MOST_SHAPES nodes nearest to the root come as they are,
+        the others as boxes around them: a million 26-DOPs would take three gigabytes.
+        """
+        volumes, count, depth = self.arrays.volumes, self.arrays.size, self.depths()
+        boxes, is_leaf = volumes.boxes(), count > 0
+        if isinstance(volumes, Boxes):
+            return Cells.sorted_by_depth(boxes, depth, is_leaf, count)
+        shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
+        faces = volumes.polygons(shaped)
+        faces = faces._replace(owners=shaped[faces.owners])
+        return Cells.sorted_by_depth(boxes, depth, is_leaf, count, faces=faces, areas=self.areas)
+
+    @functools.cached_property
+    def areas(self) -> np.ndarray:
+        """Surface areas of all volumes, (n_nodes,)."""
+        return self.arrays.volumes.areas()
 
     def statistics(self) -> Statistics:
         """Return the figures of the tree; areas are those of the volumes themselves."""
         count = self.arrays.size
-        areas = self.arrays.volumes.areas()
+        areas = self.areas
         extra = self.figures | {
             "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0])
         }
@@ -139,8 +163,7 @@ class BVH(Structure):
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
         violations = []
-        first, count = self.arrays.first, self.arrays.size
-        boxes = self.arrays.volumes.boxes()
+        volumes, first, count = self.arrays.volumes, self.arrays.first, self.arrays.size
         leaves = np.flatnonzero(count > 0)
         covered = np.concatenate([np.arange(first[n], first[n] + count[n]) for n in leaves])
         ids = self.triangles.ids
@@ -149,22 +172,33 @@ class BVH(Structure):
         if not np.array_equal(np.unique(ids), np.arange(len(self.scene))):
             violations.append("a triangle is referenced nowhere")
         inner = np.flatnonzero(count == 0)
-        width = self.width()[inner]
+        widths = self.width()
+        width = widths[inner]
         rank = np.arange(width.sum()) - np.repeat(np.cumsum(width) - width, width)
         children = np.repeat(first[inner], width) + rank
         if not np.array_equal(np.sort(children), np.arange(1, len(count))):
             violations.append("a node has no parent or several")
-        elif len(inner):
-            starts = np.cumsum(width) - width
+        elif isinstance(volumes, Boxes | KDOPs) and (
+            not volumes.contain(np.repeat(inner, width), children).all()
+        ):
+            violations.append("a node does not contain a child")
+        if isinstance(volumes, Boxes) and len(inner) and not violations:
+            boxes, starts = volumes.rows, np.cumsum(width) - width
             union_low = np.minimum.reduceat(boxes[children, :3], starts)
             union_high = np.maximum.reduceat(boxes[children, 3:], starts)
             if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
                 violations.append("a node's box is not the union of its children's")
-        if violations:
-            return violations
-        leaf_boxes = boxes[np.repeat(leaves, count[leaves])]
-        if not covers(self.scene.triangles, ids[covered], leaf_boxes):
-            violations.append("a triangle sticks out of its leaves")
+        if not violations:
+            outsiders = sticking_out(volumes, *self._referred(*ranges_of(first, count, widths)))
+            if len(outsiders):
+                violations.append(f"triangles stick out of {len(outsiders)} nodes")
+        if self.pieces is not None and not violations:
+            own = boxes_of(self.pieces.corners)
+            starts = self.pieces.offsets[:-1]
+            low = np.minimum.reduceat(own[:, :3], starts)
+            high = np.maximum.reduceat(own[:, 3:], starts)
+            if not covers(self.scene.triangles, ids, np.concatenate([low, high], axis=1)):
+                violations.append("the pieces of a triangle do not cover it")
         return violations
 
 
