@@ -19,8 +19,10 @@ from ...progress import SILENT, Progress
 from ...scene import Scene
 from ..cells import Cells
 from ..contract import STACK_SIZE, Statistics, Structure
+from ..exhibits import Exhibit
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse
+from .exhibits_split_plane import split_planes
 from .fit import fit_all
 from .optimisers import OPTIMISERS
 from .settings import BVHSettings
@@ -102,6 +104,10 @@ class BVH(Structure):
         return VolumeWorkspace(
             np.empty(STACK_SIZE, np.int32), np.empty(STACK_SIZE), np.empty((MOST_STRIPS, 3))
         )
+
+    def exhibits(self) -> list[Exhibit]:
+        """Return what else there is to show of this hierarchy."""
+        return [split_planes(self)]
 
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
