@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.structures.bvh.exhibits_split_plane import split_planes
 from accelscope.core.structures.bvh.split_plane import (
     evaluate_plane,
     evaluate_planes,
@@ -105,7 +106,7 @@ def test_planes_against_counting_one_by_one(axis):
 
 def test_the_exhibit_shows_the_cases_and_the_curve_stands_beside_the_model(build):
     scene = make_sample("sah_example")
-    exhibit = build("bvh", scene).exhibits()[0]
+    exhibit = split_planes(build("bvh", scene))
     frames = [exhibit.frame(i) for i in range(exhibit.count)]
     for name, frame in zip(PRINTED, frames, strict=False):
         assert f"Cost({name})" in frame.caption
@@ -120,7 +121,7 @@ def test_the_exhibit_shows_the_cases_and_the_curve_stands_beside_the_model(build
 
 def test_the_exhibit_of_any_scene(lab, build, scene_name):
     structure = build("bvh", lab.small_scene(scene_name), "bins=3")
-    exhibit = structure.exhibits()[0]
+    exhibit = split_planes(structure)
     for number in range(exhibit.count):
         frame = exhibit.frame(number)
         assert np.isfinite(frame.segments).all()

@@ -22,9 +22,12 @@ from ..contract import STACK_SIZE, Statistics, Structure
 from ..exhibits import Exhibit
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse
+from .efficiency import Efficiency, hierarchy_efficiency
+from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
 from .exhibits_split_plane import split_planes
 from .fit import fit_all
 from .optimisers import OPTIMISERS
+from .overlap import sibling_overlap
 from .settings import BVHSettings
 from .tree import Grouping, Pieces, Primitives, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
@@ -84,15 +87,40 @@ class BVH(Structure):
     def cells(self) -> Cells:
         """Return the volumes of all nodes; a cell's number is its node."""
         count = self.arrays.size
-        return Cells.sorted_by_depth(self.arrays.volumes.boxes(), self.depths(), count > 0, count)
+        efficiency = self.efficiency()
+        extra = {
+            "gain": efficiency.gain,
+            "expected_gain": efficiency.expected_gain,
+            "overlap": self.overlap(),
+        }
+        return Cells.sorted_by_depth(
+            self.arrays.volumes.boxes(), self.depths(), count > 0, count, extra
+        )
+
+    def efficiency(self) -> Efficiency:
+        """Return whether each node pays, by the lecture's inequality."""
+        return hierarchy_efficiency(
+            self.arrays.volumes.areas(), self.arrays.first, self.arrays.size, self.width(),
+            self.settings.C_trav, self.settings.C_isect,
+        )  # fmt: skip
+
+    def overlap(self) -> np.ndarray:
+        """Return how much the children of each node overlap, (n_nodes,); 0 for leaves."""
+        return sibling_overlap(self.arrays.volumes.boxes(), self.arrays.first, self.width())
 
     def statistics(self) -> Statistics:
         """Return the figures of the tree; areas are those of the volumes themselves."""
         count = self.arrays.size
         areas = self.arrays.volumes.areas()
+        is_inner, efficiency = count == 0, self.efficiency()
+        extra = {
+            "overlap": float(self.overlap()[is_inner].mean()) if is_inner.any() else 0.0,
+            "nodes_not_paying": int((efficiency.gain[is_inner] <= 0.0).sum()),
+            "nodes_not_paying_expected": int((efficiency.expected_gain[is_inner] <= 0.0).sum()),
+        }
         return Statistics.of_cells(
             areas, count > 0, count, self.depths(), float(areas[0]),
-            self.settings.C_trav, self.settings.C_isect,
+            self.settings.C_trav, self.settings.C_isect, extra,
         )  # fmt: skip
 
     def memory(self) -> int:
@@ -107,7 +135,7 @@ class BVH(Structure):
 
     def exhibits(self) -> list[Exhibit]:
         """Return what else there is to show of this hierarchy."""
-        return [split_planes(self)]
+        return [split_planes(self), nodes_not_paying(self), overlapping_siblings(self)]
 
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
