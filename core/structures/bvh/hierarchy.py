@@ -23,10 +23,15 @@ from ...progress import SILENT, Progress
 from ...scene import Scene
 from ..cells import Cells
 from ..contract import STACK_SIZE, Statistics, Structure
+from ..exhibits import Exhibit
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse
+from .efficiency import Efficiency, hierarchy_efficiency
+from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
+from .exhibits_split_plane import split_planes
 from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
+from .overlap import sibling_overlap
 from .settings import BVHSettings
 from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
@@ -127,24 +132,47 @@ class BVH(Structure):
         """
         volumes, count, depth = self.arrays.volumes, self.arrays.size, self.depths()
         boxes, is_leaf = volumes.boxes(), count > 0
+        efficiency = self.efficiency()
+        extra = {
+            "gain": efficiency.gain,
+            "expected_gain": efficiency.expected_gain,
+            "overlap": self.overlap(),
+        }
         if isinstance(volumes, Boxes):
-            return Cells.sorted_by_depth(boxes, depth, is_leaf, count)
+            return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra)
         shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
         faces = volumes.polygons(shaped)
         faces = faces._replace(owners=shaped[faces.owners])
-        return Cells.sorted_by_depth(boxes, depth, is_leaf, count, faces=faces, areas=self.areas)
+        return Cells.sorted_by_depth(
+            boxes, depth, is_leaf, count, extra, faces=faces, areas=self.areas
+        )
 
     @functools.cached_property
     def areas(self) -> np.ndarray:
         """Surface areas of all volumes, (n_nodes,)."""
         return self.arrays.volumes.areas()
 
+    def efficiency(self) -> Efficiency:
+        """Return whether each node pays, by the lecture's inequality."""
+        return hierarchy_efficiency(
+            self.areas, self.arrays.first, self.arrays.size, self.width(),
+            self.settings.C_trav, self.settings.C_isect,
+        )  # fmt: skip
+
+    def overlap(self) -> np.ndarray:
+        """Return how much the children of each node overlap, (n_nodes,); 0 for leaves."""
+        return sibling_overlap(self.arrays.volumes.boxes(), self.arrays.first, self.width())
+
     def statistics(self) -> Statistics:
         """Return the figures of the tree; areas are those of the volumes themselves."""
         count = self.arrays.size
         areas = self.areas
+        is_inner, efficiency = count == 0, self.efficiency()
         extra = self.figures | {
-            "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0])
+            "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0]),
+            "overlap": float(self.overlap()[is_inner].mean()) if is_inner.any() else 0.0,
+            "nodes_not_paying": int((efficiency.gain[is_inner] <= 0.0).sum()),
+            "nodes_not_paying_expected": int((efficiency.expected_gain[is_inner] <= 0.0).sum()),
         }
         return Statistics.of_cells(
             areas, count > 0, count, self.depths(), float(areas[0]),
@@ -159,6 +187,10 @@ class BVH(Structure):
     def _workspace(self) -> Any:
         size = WIDE_STACK_SIZE if isinstance(self.arrays, Wide) else STACK_SIZE
         return VolumeWorkspace(np.empty(size, np.int32), np.empty(size), np.empty((MOST_STRIPS, 3)))
+
+    def exhibits(self) -> list[Exhibit]:
+        """Return what else there is to show of this hierarchy."""
+        return [split_planes(self), nodes_not_paying(self), overlapping_siblings(self)]
 
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
