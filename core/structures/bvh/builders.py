@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...progress import Progress
-from . import binned_sah
+from . import binned_sah, sweep_sah
 from .tree import Grouping, Primitives
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     Builder = Callable[[Primitives, BVHSettings, Progress], Grouping]
 
 BUILDERS: dict[str, tuple[str, Builder]] = {
+    "sweep_sah": ("From the top down, SAH evaluated between all centroids", sweep_sah.build),
     "binned_sah": (
         "From the top down, SAH evaluated at bin borders (Wald 2007)", binned_sah.build
     ),
