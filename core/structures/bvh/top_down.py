@@ -63,8 +63,8 @@ def limits_of(settings: BVHSettings) -> Limits:
 
 # --------------------------------------------------------------- what a rule has to implement
 #
-# Every rule has the fields `limits`, `bounds` (2, 6) and `curve`. The latter has no rows in a build;
-# if it has, `choose` writes one for each candidate it looks at (:func:`note`).
+# Every rule has the fields `limits` and `bounds` (2, 6). One that looks at several candidates has
+# `curve`, too, with no rows in a build; if it has some, `choose` fills them (:func:`note`).
 
 
 @dispatched
