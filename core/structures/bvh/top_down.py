@@ -166,7 +166,10 @@ def settle(rule, tree, splits, node, first, count, axis, place, position, cost):
         return 0
     n_left = count // 2  # where nothing tells the triangles apart: split by index
     if axis >= 0:
-        n_left = divide(rule, first, count, axis, place, position)
+        divided = divide(rule, first, count, axis, place, position)
+        # A plane between numbers that have none between them leaves one side empty.
+        if 0 < divided < count:
+            n_left = divided
     cut = first + n_left
     tree.first[node], tree.size[node] = 2 * cut - 1, 0
     splits.axis[cut], splits.position[cut] = axis, position
@@ -217,9 +220,7 @@ def room_for(count: int) -> tuple[Tree, Splits]:
     A size of -1 marks a number that no node has taken.
     """
     n_nodes = 2 * count - 1
-    tree = Tree(
-        np.zeros((n_nodes, 6)), np.zeros(n_nodes, np.int32), np.full(n_nodes, -1, np.int32)
-    )
+    tree = Tree(np.zeros((n_nodes, 6)), np.zeros(n_nodes, np.int32), np.full(n_nodes, -1, np.int32))
     return tree, Splits(np.full(count, -1, np.int8), np.full(count, np.nan))
 
 
