@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.box import Boxes, boxes_of
+from ...geometry.box import Boxes, boxes_of, surface_area
 from ...geometry.triangle import triangles_of
 from ...geometry.volume import MOST_STRIPS
 from ...progress import SILENT, Progress
@@ -24,8 +24,10 @@ from .collapse import LeafRule, collapse
 from .fit import fit_all
 from .optimisers import OPTIMISERS
 from .settings import BVHSettings
-from .tree import Grouping, Pieces, Primitives, depths_of, linked, ranges_of
+from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
+from .wide import WideTree, widened
+from .wide_walk import WIDE_STACK_SIZE, Wide
 
 
 class BVH(Structure):
@@ -37,6 +39,8 @@ class BVH(Structure):
         The parts of triangles that references stand for, if not for whole ones.
     costs : list of float
         SAH cost before the first step of the optimiser and after each.
+    figures : dict
+        What else there is to say about this tree.
     """
 
     name = "bvh"
@@ -44,9 +48,10 @@ class BVH(Structure):
     summary = "Tree of bounding volumes, walked front to back"
     Settings = BVHSettings
 
-    arrays: Binary
+    arrays: Binary | Wide
     pieces: Pieces | None
     costs: list[float]
+    figures: dict[str, Any]
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
 
@@ -57,22 +62,32 @@ class BVH(Structure):
         grouping, costs = group(scene, settings, progress)
         structure = cls(scene, settings, None, triangles_of(scene, grouping.order))
         structure.pieces, structure.costs = grouping.pieces, costs
-        tree = grouping.tree
+        structure.figures = grouping.figures
+        tree: Tree | WideTree = grouping.tree
+        width = np.full(len(tree.size), 2)
+        if settings.arity != "2":
+            structure.figures |= {"binary": figures_of_binary(grouping.tree, settings)}
+            tree = widened(grouping.tree, int(settings.arity))
+            width = tree.width
         if settings.volume == "aabb":
             volumes = Boxes(tree.boxes)
         else:
-            width = np.full(len(tree.size), 2)
             begin, end = ranges_of(tree.first, tree.size, width)
             corners = structure.triangles.corners
             if grouping.pieces:
                 corners, offsets = grouping.pieces
                 begin, end = offsets[begin], offsets[end]
             volumes = fit_all(settings.volume, corners, begin, end, progress)
-        structure.arrays = Binary(volumes, tree.first, tree.size)
+        if isinstance(tree, WideTree):
+            structure.arrays = Wide(volumes, tree.first, tree.size, tree.width)
+        else:
+            structure.arrays = Binary(volumes, tree.first, tree.size)
         return structure
 
     def width(self) -> np.ndarray:
         """Return how many children every node has, (n_nodes,) int."""
+        if isinstance(self.arrays, Wide):
+            return self.arrays.width
         return np.where(self.arrays.size > 0, 0, 2)
 
     def depths(self) -> np.ndarray:
@@ -88,20 +103,22 @@ class BVH(Structure):
         """Return the figures of the tree; areas are those of the volumes themselves."""
         count = self.arrays.size
         areas = self.arrays.volumes.areas()
+        extra = self.figures | {
+            "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0])
+        }
         return Statistics.of_cells(
             areas, count > 0, count, self.depths(), float(areas[0]),
-            self.settings.C_trav, self.settings.C_isect,
+            self.settings.C_trav, self.settings.C_isect, extra,
         )  # fmt: skip
 
     def memory(self) -> int:
         """Return the bytes of the tree and its volumes."""
-        arrays = [*self.arrays.volumes, self.arrays.first, self.arrays.size]
-        return sum(array.nbytes for array in arrays)
+        volumes, *others = self.arrays
+        return sum(array.nbytes for array in (*volumes, *others))
 
     def _workspace(self) -> Any:
-        return VolumeWorkspace(
-            np.empty(STACK_SIZE, np.int32), np.empty(STACK_SIZE), np.empty((MOST_STRIPS, 3))
-        )
+        size = WIDE_STACK_SIZE if isinstance(self.arrays, Wide) else STACK_SIZE
+        return VolumeWorkspace(np.empty(size, np.int32), np.empty(size), np.empty((MOST_STRIPS, 3)))
 
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
@@ -115,13 +132,17 @@ class BVH(Structure):
         if not np.array_equal(np.sort(self.triangles.ids), np.arange(len(self.scene))):
             violations.append("the order of the triangles is not a permutation")
         inner = np.flatnonzero(count == 0)
-        children = np.concatenate([first[inner], first[inner] + 1])
+        width = self.width()[inner]
+        rank = np.arange(width.sum()) - np.repeat(np.cumsum(width) - width, width)
+        children = np.repeat(first[inner], width) + rank
         if not np.array_equal(np.sort(children), np.arange(1, len(count))):
             violations.append("a node has no parent or several")
-        union_low = np.minimum(boxes[first[inner], :3], boxes[first[inner] + 1, :3])
-        union_high = np.maximum(boxes[first[inner], 3:], boxes[first[inner] + 1, 3:])
-        if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
-            violations.append("a node's box is not the union of its children's")
+        elif len(inner):
+            starts = np.cumsum(width) - width
+            union_low = np.minimum.reduceat(boxes[children, :3], starts)
+            union_high = np.maximum.reduceat(boxes[children, 3:], starts)
+            if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
+                violations.append("a node's box is not the union of its children's")
         own = boxes_of(self.scene.triangles[self.triangles.ids[covered]])
         leaf_boxes = boxes[np.repeat(leaves, count[leaves])]
         if (own[:, :3] < leaf_boxes[:, :3]).any() or (own[:, 3:] > leaf_boxes[:, 3:]).any():
@@ -151,7 +172,24 @@ def group(scene: Scene, settings: BVHSettings, progress: Progress) -> tuple[Grou
     rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
     collapsed, order = collapse(tree, rule)
     # A reference that a leaf holds now was number order[i] for the builder.
-    return Grouping(collapsed, grouping.order[order], reordered(grouping.pieces, order)), costs
+    pieces = reordered(grouping.pieces, order)
+    return Grouping(collapsed, grouping.order[order], pieces, grouping.figures), costs
+
+
+def figures_of_binary(tree: Tree, settings: BVHSettings) -> dict[str, float]:
+    """Return what a wide tree is compared with: figures of the binary one, with boxes around."""
+    size = tree.size
+    areas = surface_area(tree.boxes)
+    figures = Statistics.of_cells(
+        areas, size > 0, size, np.zeros(len(size), np.int64), float(areas[0]),
+        settings.C_trav, settings.C_isect,
+    )  # fmt: skip
+    return {
+        "N_IN": figures.N_IN,
+        "sah": figures.sah,
+        "expected_inner": figures.expected_inner,
+        "expected_volume_tests": 1.0 + 2.0 * figures.expected_inner,
+    }
 
 
 def reordered(pieces: Pieces | None, order: np.ndarray) -> Pieces | None:

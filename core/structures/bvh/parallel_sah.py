@@ -2,9 +2,9 @@
 
 The input queue has the m nodes of a level. All are split at once (:mod:`.parallel_split`): node i
 writes its children into the places 2 i and 2 i + 1 of the output queue, so nobody has to wait for
-anybody; a leaf leaves both empty. Compaction then closes the gaps: the exclusive scan of 1 for every
-child and 0 for every gap says where each child belongs. That is the input of the next level. No
-queue has more nodes than there are triangles.
+anybody; a leaf leaves both empty. Compaction then closes the gaps: the exclusive scan of 1 for a
+child and 0 for a gap says where each child belongs. That is the input of the next level. No queue
+has more nodes than there are triangles.
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha: Fast BVH Construction on GPUs,
 Eurographics 2009.
@@ -84,7 +84,7 @@ def write_children(tree, queue, output, i, n_left):
 
 @kernel
 def split_range(rule, tree, splits, queue, output, begin, end, largest):
-    """Split the nodes ``begin <= i < end`` of a queue but those of more triangles than `largest`."""
+    """Split the nodes ``begin <= i < end`` of a queue that have up to `largest` triangles."""
     for i in range(begin, end):
         first, count = queue[i, FIRST], queue[i, COUNT]
         if count <= largest:

@@ -10,8 +10,8 @@ handier: :func:`linked` makes one, :func:`.collapse.collapse` makes a grouping o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -114,6 +114,8 @@ class Grouping:
         subtree do, too.
     pieces : Pieces, optional
         None if every reference stands for its whole triangle.
+    figures : dict
+        Figures of this builder only, for the statistics.
     splits : Splits, optional
         Of builders that split by planes.
     """
@@ -121,6 +123,7 @@ class Grouping:
     tree: Tree
     order: np.ndarray
     pieces: Pieces | None = None
+    figures: dict[str, Any] = field(default_factory=dict)
     splits: Splits | None = None
 
 
