@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...progress import Progress
-from . import binned_sah
+from . import agglomerative, binned_sah
 from .tree import Grouping, Primitives
 
 if TYPE_CHECKING:
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 BUILDERS: dict[str, tuple[str, Builder]] = {
     "binned_sah": (
         "From the top down, SAH evaluated at bin borders (Wald 2007)", binned_sah.build
+    ),
+    "agglomerative": (
+        "Bottom-up, the two closest clusters merged (Walter 2008)", agglomerative.build
     ),
 }  # fmt: skip
 """For each builder one sentence, and the function that builds."""
