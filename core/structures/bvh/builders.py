@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...progress import Progress
-from . import agglomerative, binned_sah
+from . import agglomerative, binned_sah, rtree_insert, rtree_str
 from .tree import Grouping, Primitives
 
 if TYPE_CHECKING:
@@ -21,5 +21,9 @@ BUILDERS: dict[str, tuple[str, Builder]] = {
     "agglomerative": (
         "Bottom-up, the two closest clusters merged (Walter 2008)", agglomerative.build
     ),
+    "rtree_insert": (
+        "R-tree, one triangle inserted after the other (Guttman 1984)", rtree_insert.build
+    ),
+    "rtree_str": ("R-tree packed by sort-tile-recursive (Leutenegger 1997)", rtree_str.build),
 }  # fmt: skip
 """For each builder one sentence, and the function that builds."""
