@@ -42,7 +42,7 @@ class RTree(NamedTuple):
         Of every entry.
     children : (n_nodes, MOST + 1) int64
         The entries in each node; one more than there may be, until it is split.
-    count : (n_nodes,) int32
+    size : (n_nodes,) int32
         How many those are.
     level : (n_nodes,) int32
         0 where the children are references.
@@ -50,7 +50,7 @@ class RTree(NamedTuple):
 
     boxes: np.ndarray
     children: np.ndarray
-    count: np.ndarray
+    size: np.ndarray
     level: np.ndarray
 
     @property
@@ -97,9 +97,9 @@ def join_children(rtree, nodes, tree, made, heads, waiting):
     int
         The next free node of `tree` then.
     """
-    n = len(rtree.boxes) - len(rtree.count)
+    n = len(rtree.boxes) - len(rtree.size)
     for node in nodes:
-        left = rtree.count[node]
+        left = rtree.size[node]
         for i in range(left):
             entry = rtree.children[node, i]
             waiting[i] = entry if entry < n else heads[entry - n]
@@ -131,7 +131,7 @@ def binary(rtree: RTree, progress: Progress) -> LinkedTree:
     Cancelled
         From `progress`.
     """
-    n = len(rtree.boxes) - len(rtree.count)
+    n = len(rtree.boxes) - len(rtree.size)
     tree = LinkedTree(
         np.concatenate([rtree.boxes[:n], np.empty((n - 1, 6))]),
         *(np.full(2 * n - 1, -1, np.int32) for _ in range(3)),

@@ -47,7 +47,7 @@ def choose_child(rtree, node, entry):
     """Return the child whose surface grows least with an entry; of equals the smallest, first."""
     boxes = rtree.boxes
     best, best_growth, best_area = 0, np.inf, np.inf
-    for i in range(rtree.count[node]):
+    for i in range(rtree.size[node]):
         child = rtree.children[node, i]
         area = area_of(boxes[child])
         growth = area_around(boxes, child, entry) - area
@@ -121,7 +121,7 @@ def put_box(boxes, to, entry):
 def split(rtree, node, new, is_linear):
     """Share the MOST + 1 entries of a node out between it and a new one."""
     boxes, row = rtree.boxes, rtree.children[node]
-    n = len(boxes) - len(rtree.count)
+    n = len(boxes) - len(rtree.size)
     a, b = n + node, n + new
     seed_a, seed_b = linear_seeds(boxes, row) if is_linear else quadratic_seeds(boxes, row)
     # The node keeps row[:first], the new one gets row[last:], what is between is to be decided.
@@ -151,7 +151,7 @@ def split(rtree, node, new, is_linear):
             last -= 1
             row[pick], row[last] = row[last], entry
             enlarge(boxes, b, entry)
-    rtree.count[node], rtree.count[new] = first, MOST + 1 - first
+    rtree.size[node], rtree.size[new] = first, MOST + 1 - first
     rtree.level[new] = rtree.level[node]
     for i in range(first, MOST + 1):
         rtree.children[new, i - first] = row[i]
@@ -160,7 +160,7 @@ def split(rtree, node, new, is_linear):
 @inner
 def insert(rtree, reference, root, used, is_linear, path):
     """Insert one reference; return the root and the number of nodes then."""
-    n = len(rtree.boxes) - len(rtree.count)
+    n = len(rtree.boxes) - len(rtree.size)
     # Down to a leaf: all on the way have to contain it.
     node, height = root, 0
     path[0] = root
@@ -174,16 +174,16 @@ def insert(rtree, reference, root, used, is_linear, path):
     entry = reference
     while height >= 0:
         node = path[height]
-        rtree.children[node, rtree.count[node]] = entry
-        rtree.count[node] += 1
-        if rtree.count[node] <= MOST:
+        rtree.children[node, rtree.size[node]] = entry
+        rtree.size[node] += 1
+        if rtree.size[node] <= MOST:
             return root, used
         split(rtree, node, used, is_linear)
         entry = n + used
         used += 1
         height -= 1
     rtree.children[used, 0], rtree.children[used, 1] = n + root, entry
-    rtree.count[used], rtree.level[used] = 2, rtree.level[root] + 1
+    rtree.size[used], rtree.level[used] = 2, rtree.level[root] + 1
     put_box(rtree.boxes, n + used, entry)
     enlarge(rtree.boxes, n + used, n + root)
     return used, used + 1
@@ -220,7 +220,7 @@ def insert_all(boxes: np.ndarray, *, is_linear: bool, progress: Progress) -> RTr
         root, used = call(insert_some, rtree, first, last, root, used, is_linear, path)
     progress.report(n, n, "Building bvh")
     return RTree(
-        rtree.boxes[: n + used], rtree.children[:used], rtree.count[:used], rtree.level[:used]
+        rtree.boxes[: n + used], rtree.children[:used], rtree.size[:used], rtree.level[:used]
     )
 
 

@@ -82,22 +82,24 @@ def pack(boxes: np.ndarray, progress: Progress) -> RTree:
     Cancelled
         From `progress`.
     """
-    all_boxes, children, counts, levels = [boxes], [], [], []
+    all_boxes, children = [boxes], []
+    sizes: list[np.ndarray] = []
+    levels: list[np.ndarray] = []
     below = 0  # the first entry of the level to be packed
-    while not counts or len(counts[-1]) > 1:
+    while not sizes or len(sizes[-1]) > 1:
         order, offsets = pack_level(all_boxes[-1], progress)
-        count = np.diff(offsets)
+        size = np.diff(offsets)
         places = np.minimum(offsets[:-1, None] + np.arange(MOST + 1), len(order) - 1)
         children.append(below + order[places])
-        counts.append(count.astype(np.int32))
-        levels.append(np.full(len(count), len(levels), np.int32))
+        sizes.append(size.astype(np.int32))
+        levels.append(np.full(len(size), len(levels), np.int32))
         sorted_boxes = all_boxes[-1][order]
         low = np.minimum.reduceat(sorted_boxes[:, :3], offsets[:-1])
         high = np.maximum.reduceat(sorted_boxes[:, 3:], offsets[:-1])
         below += len(order)
         all_boxes.append(np.concatenate([low, high], axis=1))
     progress.report(1, 1, "Building bvh")
-    return RTree(*map(np.concatenate, (all_boxes, children, counts, levels)))
+    return RTree(*map(np.concatenate, (all_boxes, children, sizes, levels)))
 
 
 def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
