@@ -19,8 +19,10 @@ from ...progress import SILENT, Progress
 from ...scene import Scene
 from ..cells import Cells
 from ..contract import STACK_SIZE, Statistics, Structure
+from ..exhibits import Exhibit
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse
+from .exhibits import levels
 from .fit import fit_all
 from .optimisers import OPTIMISERS
 from .settings import BVHSettings
@@ -92,6 +94,12 @@ class BVH(Structure):
             areas, count > 0, count, self.depths(), float(areas[0]),
             self.settings.C_trav, self.settings.C_isect,
         )  # fmt: skip
+
+    def exhibits(self) -> list[Exhibit]:
+        """Return what there is to show of the tree and of how it was built."""
+        return [
+            levels(self),
+        ]
 
     def memory(self) -> int:
         """Return the bytes of the tree and its volumes."""
