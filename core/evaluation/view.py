@@ -29,6 +29,8 @@ PIXELS_AT_ONCE = 1 << 21
 """Pixels of faces that are worked on at once: as much as stays in the cache."""
 
 
+Slopes = tuple[tuple[float, float], tuple[float, float]]
+
 MARGIN = 0.94
 """Share of the picture that what it frames takes at most."""
 
@@ -57,21 +59,38 @@ def camera_around(camera: Camera, points: np.ndarray) -> Camera:
         At least one.
     """
     forward, right, up = camera_axes(camera)
-    half_width = MARGIN * np.tan(np.radians(camera.fov) / 2)
-    z = points @ forward
-    extent = float(np.ptp(points, axis=0).max()) or 1.0
-    back = float(z.min()) - 1e-3 * extent  # at least, whatever the points are
-    middles = []
-    for axis, slope in ((right, half_width), (up, half_width * HEIGHT / WIDTH)):
-        # Seen is what has |x - x0| <= slope (z - z0) from the place (x0, z0) of the camera: it has
-        # to stand behind two lines, the last points to the left and to the right, and furthest in
-        # front where the lines cross.
-        x = points @ axis
-        rightmost, leftmost = float((x - slope * z).max()), float((-x - slope * z).max())
-        back = min(back, -(rightmost + leftmost) / (2.0 * slope))
-        middles.append((rightmost - leftmost) / 2.0)
-    position = middles[0] * right + middles[1] * up + back * forward
+    axes = np.stack([right, up, forward])
+    wide = MARGIN * np.tan(np.radians(camera.fov) / 2)
+    high = wide * HEIGHT / WIDTH
+    position = standpoint(points @ axes.T, ((wide, wide), (high, high))) @ axes
     return dataclasses.replace(camera, position=position, target=position + forward)
+
+
+def standpoint(points: np.ndarray, slopes: Slopes) -> np.ndarray:
+    """Return the place nearest to points from which all of them are seen, (3,).
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        To the right, up and forward, as the camera looks; at least one.
+    slopes : ((left, right), (down, up))
+        How far one sees to each side, per distance forward.
+    """
+    depth = points[:, 2]
+    extent = float(np.ptp(points, axis=0).max()) or 1.0
+    back = float(depth.min()) - 1e-3 * extent  # all points lie ahead, whatever follows
+    bounds = []
+    for along, (low, high) in zip(points.T[:2], slopes, strict=True):
+        # A point x at depth z is seen from x0 at depth z0 if x - x0 <= high (z - z0) and
+        # x0 - x <= low (z - z0): x0 is at least `least` + high z0 and at most `most` - low z0.
+        least, most = float((along - high * depth).max()), float((along + low * depth).min())
+        bounds.append((least, most))
+        back = min(back, (most - least) / (low + high))
+    middles = [
+        (least + high * back + most - low * back) / 2.0
+        for (least, most), (low, high) in zip(bounds, slopes, strict=True)
+    ]
+    return np.array([*middles, back])
 
 
 class View:
