@@ -216,7 +216,7 @@ def structure_specs(
             continue
         entry = structure_named(name)
         where = f"structure {name}"
-        settings = parse(entry.Settings, values, where)
+        settings: Any = parse(entry.Settings, values, where)
         for sentence in without_effect(settings, values, where):
             note(sentence)
         chosen.append((entry, settings))

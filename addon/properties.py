@@ -111,9 +111,11 @@ def _set_exhibit(group: Any, number: int) -> None:
 
     exhibits = session.current.showcase.exhibits
     if exhibits:
+        # Not a frame of the exhibit before.
+        group.show = False
         group.frame = 0
-        group.show = True
         group.chosen = exhibits[number].name
+        group.show = True
 
 
 def event_shown(root: Any) -> int | None:

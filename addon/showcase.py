@@ -80,7 +80,7 @@ class Showcase:
         if key is None:
             self.shown = None
             overlay.set_lines(overlay.EXHIBIT, None)
-        elif key in self.frames:
+        elif key != self.shown and key in self.frames:
             self.shown = key
             frame = self.frames[key]
             overlay.set_lines(overlay.EXHIBIT, frame.segments, frame.colours)

@@ -35,7 +35,7 @@ def look_at(area: bpy.types.Area, points: np.ndarray) -> None:
     slopes = slopes_of(area, space.lens)
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle = 0.5 * (low + high)
-    if view.is_perspective:
+    if view.view_perspective == "PERSP":
         place = standpoint(seen, slopes)
         distance = max(middle[2] - place[2], space.clip_start)
         middle[:2] = place[:2]

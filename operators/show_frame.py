@@ -36,8 +36,9 @@ class ACCELSCOPE_OT_show_frame(jobs.JobOperator, bpy.types.Operator):
         key = showcase.wanted(group)
 
         def work(progress: Progress) -> tuple[Any, ...]:
-            made = key is None or key in showcase.frames
-            return showcase, key, None if made else showcase.make(key)
+            if key is None or key in showcase.frames:
+                return showcase, key, None
+            return showcase, key, showcase.make(key)
 
         return work
 

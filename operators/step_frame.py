@@ -34,8 +34,8 @@ class ACCELSCOPE_OT_step_frame(bpy.types.Operator):
         exhibit = session.current.showcase.chosen(group)
         assert exhibit is not None
         now = min(group.frame, exhibit.count - 1)
-        group.show = True
         group.frame = min(max(now + self.by, 0), exhibit.count - 1)
+        group.show = True
         return {"FINISHED"}
 
 

@@ -37,7 +37,7 @@ def levels(bvh: BVH) -> Exhibit:
         bright = on_level[wires.edge_owners()]
         colours = np.empty((len(bright), 4))
         colours[~bright] = *INNER_COLOUR, FAINT
-        colours[bright] = *depth_colours([level], deepest)[0], 1.0
+        colours[bright] = *depth_colours(np.array([level]), deepest)[0], 1.0
 
         n_leaves, n_above = int((on_level & cells.is_leaf).sum()), int(above.sum())
         parts = [f"Level {level} of {deepest}: {counted(int(on_level.sum()), 'node', 'nodes')}"]
