@@ -19,7 +19,7 @@ BUILDERS: dict[str, tuple[str, Builder]] = {
         "From the top down, SAH evaluated at bin borders (Wald 2007)", binned_sah.build
     ),
     "lbvh": ("Intervals of sorted Morton codes (Lauterbach 2009)", lbvh.build),
-    "lbvh_parallel": ("The same tree as LBVH, all nodes at once (Karras 2012)", lbvh_parallel.build),
+    "lbvh_parallel": ("The tree of LBVH, all nodes at once (Karras 2012)", lbvh_parallel.build),
     "hlbvh": ("LBVH below, SAH above (Pantaleoni and Luebke 2010)", hlbvh.build),
     "ploc": ("Bottom-up, neighbours along the Morton curve merge (Meister 2018)", ploc.build),
 }  # fmt: skip

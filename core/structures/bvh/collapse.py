@@ -125,7 +125,8 @@ def emit_leaf(tree, node, order, done, stack, height):
 def emit(tree, root, is_leaf, out, order, stack):
     """Write the tree with its leaves, depth-first, siblings together; return its nodes."""
     stack[0, 0], stack[0, 1] = root, 0
-    height, taken, done = 1, 1, 0
+    height, taken = 1, 1
+    done = np.int64(0)  # for a plain 0 Numba would compile emit_leaf once more
     while height > 0:
         height -= 1
         old, new = stack[height, 0], stack[height, 1]

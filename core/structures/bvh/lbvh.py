@@ -81,9 +81,9 @@ def highest_bit(x):
 
 
 @kernel
-def find_cut(codes, begin, end):
-    """Return where an interval of sorted codes is cut: the first index of the right part."""
-    last = end - 1
+def find_cut(tree, codes, node):
+    """Return where the interval of a node is cut: the first index of the right part."""
+    begin, last = tree.begin[node], tree.begin[node] + tree.size[node] - 1
     if codes[begin] == codes[last]:
         return last & -highest_bit(begin ^ last)
     bit = highest_bit(codes[begin] ^ codes[last])
@@ -115,10 +115,8 @@ def cut_all(tree, codes, root, stack):
     while height > 0:
         height -= 1
         node = stack[height]
-        size = tree.size[node]
-        if size > 1:
-            begin = tree.begin[node]
-            link(tree, node, child, find_cut(codes, begin, begin + size))
+        if tree.size[node] > 1:
+            link(tree, node, child, find_cut(tree, codes, node))
             stack[height], stack[height + 1] = child + 1, child
             height += 2
             child += 2
@@ -177,7 +175,8 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     with Team(progress, "Building bvh") as team:
         codes, order = sort_by_code(primitives.boxes, int(settings.morton_bits), team)
         tree = make_intervals(len(codes))
-        return complete(tree, codes, primitives.boxes, order, [], [0], settings, team)
+        root, nothing = np.zeros(1, np.int64), np.zeros(0, np.int64)
+        return complete(tree, codes, primitives.boxes, order, nothing, root, settings, team)
 
 
 def complete(
@@ -185,8 +184,8 @@ def complete(
     codes: np.ndarray,
     boxes: np.ndarray,
     order: np.ndarray,
-    upper: list[int],
-    roots: list[int],
+    upper: np.ndarray,
+    roots: np.ndarray,
     settings: BVHSettings,
     team: Team,
 ) -> Grouping:
@@ -200,9 +199,9 @@ def complete(
         Of the triangles.
     order : (n,) int32
         The triangle of each reference.
-    upper : list of int
+    upper : (k,) int64
         The nodes that are linked already, parents before children.
-    roots : list of int
+    roots : (k + 1,) int64
         The others, below which everything is missing.
 
     Raises
@@ -211,17 +210,17 @@ def complete(
         From the team's progress.
     """
     rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
-    # The upper part, node by node, until there is enough for all threads.
-    pending, upper, subtrees = roots[::-1], upper.copy(), []
+    # What is too large for one thread is cut node by node.
+    is_large = tree.size[roots] > SUBTREE
+    pending, cut, subtrees = roots[is_large].tolist(), [], roots[~is_large].tolist()
     while pending:
         node = pending.pop()
-        begin, size = int(tree.begin[node]), int(tree.size[node])
-        if size <= SUBTREE:
+        if tree.size[node] <= SUBTREE:
             subtrees.append(node)
             continue
-        middle = call(find_cut, codes, begin, begin + size)
+        middle = call(find_cut, tree, codes, node)
         call(link, tree, node, 2 * middle - 1, middle)
-        upper.append(node)
+        cut.append(node)
         pending += [2 * middle, 2 * middle - 1]
 
     # The lower parts, side by side.
@@ -232,7 +231,7 @@ def complete(
         call(build_subtrees, tree, codes, boxes, order, rule, listed, stack, first, last)
 
     team.run(build_some, len(listed), max(len(listed) * SUBTREE // len(codes), 1))
-    call(finish_upper, tree, boxes, order, rule, np.array(upper, np.int64))
+    call(finish_upper, tree, boxes, order, rule, np.append(upper, cut).astype(np.int64))
     out = Tree(np.empty_like(tree.boxes), np.empty_like(tree.first), np.empty_like(tree.size))
     stack = np.empty((STACK_SIZE, 2), np.int64)
     taken = call(copy_depth_first, Tree(tree.boxes, tree.first, tree.size), out, stack)

@@ -27,7 +27,7 @@ from ...parallel import BLOCK, Team
 from ...progress import Progress
 from .collapse import LeafRule, collapse
 from .morton import sort_by_code
-from .tree import Grouping, LinkedTree, Primitives, leaves_only
+from .tree import Grouping, Primitives, leaves_only
 
 if TYPE_CHECKING:
     from .settings import BVHSettings

@@ -22,7 +22,7 @@ Construction, IEEE TVCG 24(3), 2018.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -96,7 +96,7 @@ def count_left(nearest, first, last):
 
 
 @kernel
-def merge(tree, nearest, nodes, boxes, nodes_out, boxes_out, place, node, first, last):
+def merge(tree, nearest, now, out, place, node, first, last):
     """Write what is left of the clusters ``first <= i < last`` to `place` and behind.
 
     Mutually nearest ones become the inner nodes `node` and following; the first of both keeps its
@@ -107,23 +107,37 @@ def merge(tree, nearest, nodes, boxes, nodes_out, boxes_out, place, node, first,
         is_mutual = nearest[partner] == i
         if is_mutual and i > partner:
             continue
-        nodes_out[place] = nodes[i]
+        out.nodes[place] = now.nodes[i]
         for side in range(6):
-            boxes_out[place, side] = boxes[i, side]
+            out.boxes[place, side] = now.boxes[i, side]
         if is_mutual:
-            left, right = nodes[i], nodes[partner]
-            nodes_out[place] = node
+            left, right = now.nodes[i], now.nodes[partner]
+            out.nodes[place] = node
             tree.left[node], tree.right[node] = left, right
             tree.parent[left] = tree.parent[right] = node
             for side in range(3):
-                a, b = boxes[i, side], boxes[partner, side]
-                boxes_out[place, side] = b if b < a else a
-                a, b = boxes[i, 3 + side], boxes[partner, 3 + side]
-                boxes_out[place, 3 + side] = b if b > a else a
+                a, b = now.boxes[i, side], now.boxes[partner, side]
+                out.boxes[place, side] = b if b < a else a
+                a, b = now.boxes[i, 3 + side], now.boxes[partner, 3 + side]
+                out.boxes[place, 3 + side] = b if b > a else a
             for side in range(6):
-                tree.boxes[node, side] = boxes_out[place, side]
+                tree.boxes[node, side] = out.boxes[place, side]
             node += 1
         place += 1
+
+
+class Clusters(NamedTuple):
+    """Clusters along the curve.
+
+    Attributes
+    ----------
+    nodes : (n,) int32
+        The node that each has become in the tree.
+    boxes : (n, 6) float64
+    """
+
+    nodes: np.ndarray
+    boxes: np.ndarray
 
 
 def iterations(tree: LinkedTree, radius: int, team: Team) -> Iterator[np.ndarray]:
@@ -132,7 +146,7 @@ def iterations(tree: LinkedTree, radius: int, team: Team) -> Iterator[np.ndarray
     Parameters
     ----------
     tree : LinkedTree
-        Leaves along the curve; inner nodes are numbered as they are made.
+        Its leaves lie along the curve; inner nodes are numbered as they are made.
 
     Yields
     ------
@@ -146,41 +160,59 @@ def iterations(tree: LinkedTree, radius: int, team: Team) -> Iterator[np.ndarray
         From the team's progress.
     """
     count = next_node = (len(tree.left) + 1) // 2
-    boxes, boxes_out = tree.boxes[:count].copy(), np.empty((count, 6))
-    nodes, nodes_out = np.arange(count, dtype=np.int32), np.empty(count, np.int32)
+    now = Clusters(np.arange(count, dtype=np.int32), tree.boxes[:count].copy())
+    out = Clusters(np.empty(count, np.int32), np.empty((count, 6)))
     nearest = np.empty(count, np.int32)
-    block = max(PAIRS // radius, 4 * radius)
-
-    def search(first: int, last: int) -> None:
-        size = last - first + 2 * radius
-        areas, partners = np.full(size, np.inf), np.zeros(size, np.int32)
-        call(find_nearest, boxes, count, radius, areas, partners, nearest, first, last)
-
-    def tally(first: int, last: int) -> tuple[int, int]:
-        return call(count_left, nearest, first, last)
-
     while count > 1:
-        team.run(search, count, block)
-        counts = np.array(team.run(tally, count))
+        search(now.boxes, count, radius, nearest, team)
+        counts = count_blocks(nearest, count, team)
         if count > FEW and counts[:, 1].sum() * SLOW < count:
             # 0 with 1, 2 with 3, ...; if one is left over, it finds nobody who agrees.
             nearest[:count] = np.arange(count) ^ 1
             nearest[count - 1] = count - 2
-            counts = np.array(team.run(tally, count))
-        before = np.cumsum(counts, axis=0) - counts
+            counts = count_blocks(nearest, count, team)
+        merge_blocks(tree, nearest, counts, next_node, now, out, count, team)
+        left, merged = counts.sum(axis=0).tolist()
+        count, next_node = left, next_node + merged
+        now, out = out, now
+        yield now.nodes[:count]
 
-        def merge_block(first: int, last: int) -> None:
-            place, merged = before[first // BLOCK]
-            call(
-                merge, tree, nearest, nodes, boxes, nodes_out, boxes_out,
-                int(place), int(next_node + merged), first, last,
-            )  # fmt: skip
 
-        team.run(merge_block, count)
-        left, merged = counts.sum(axis=0)
-        count, next_node = int(left), int(next_node + merged)
-        boxes, boxes_out, nodes, nodes_out = boxes_out, boxes, nodes_out, nodes
-        yield nodes[:count]
+def search(boxes: np.ndarray, count: int, radius: int, nearest: np.ndarray, team: Team) -> None:
+    """Write the nearest of every cluster."""
+
+    def search_block(first: int, last: int) -> None:
+        size = last - first + 2 * radius
+        areas, partners = np.full(size, np.inf), np.zeros(size, np.int32)
+        call(find_nearest, boxes, count, radius, areas, partners, nearest, first, last)
+
+    # The pairs between two blocks are measured in both: blocks are much larger than the radius.
+    team.run(search_block, count, max(PAIRS // radius, 4 * radius))
+
+
+def count_blocks(nearest: np.ndarray, count: int, team: Team) -> np.ndarray:
+    """Return how many clusters of each block are left, and how many are merged, (blocks, 2)."""
+    return np.array(team.run(lambda *block: call(count_left, nearest, *block), count))
+
+
+def merge_blocks(
+    tree: LinkedTree,
+    nearest: np.ndarray,
+    counts: np.ndarray,
+    next_node: int,
+    now: Clusters,
+    out: Clusters,
+    count: int,
+    team: Team,
+) -> None:
+    """Merge in all blocks; a prefix sum over `counts` says where each one writes."""
+    before = (np.cumsum(counts, axis=0) - counts).tolist()
+
+    def merge_block(first: int, last: int) -> None:
+        left, merged = before[first // BLOCK]
+        call(merge, tree, nearest, now, out, left, next_node + merged, first, last)
+
+    team.run(merge_block, count)
 
 
 def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:

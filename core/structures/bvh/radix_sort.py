@@ -56,22 +56,38 @@ def passes(codes: np.ndarray, bits: int, team: Team) -> Iterator[tuple[np.ndarra
     bits : int
         Length of the codes.
     """
-    count = len(codes)
-    order = np.arange(count, dtype=np.int32)
-    codes_out, order_out = np.empty_like(codes), np.empty_like(order)
+    now = codes, np.arange(len(codes), dtype=np.int32)
+    out = np.empty_like(codes), np.empty(len(codes), np.int32)
     for shift in range(0, bits, DIGIT):
-        counts = np.zeros((-(-count // BLOCK), 1 << DIGIT), np.int64)
-        team.run(lambda a, b: call(count_digits, codes, shift, counts[a // BLOCK], a, b), count)
-        by_digit = counts.T.ravel()
-        places = np.ascontiguousarray((np.cumsum(by_digit) - by_digit).reshape(-1, len(counts)).T)
-        team.run(
-            lambda a, b: call(
-                scatter, codes, order, shift, places[a // BLOCK], codes_out, order_out, a, b
-            ),
-            count,
-        )
-        codes, codes_out, order, order_out = codes_out, codes, order_out, order
-        yield codes, order
+        sort_by_digit(*now, shift, *out, team)
+        now, out = out, now
+        yield now
+
+
+def sort_by_digit(
+    codes: np.ndarray,
+    order: np.ndarray,
+    shift: int,
+    codes_out: np.ndarray,
+    order_out: np.ndarray,
+    team: Team,
+) -> None:
+    """Make one pass, over the digit that begins at bit `shift`."""
+    counts = np.zeros((-(-len(codes) // BLOCK), 1 << DIGIT), np.int64)
+
+    def count_block(first: int, last: int) -> None:
+        call(count_digits, codes, shift, counts[first // BLOCK], first, last)
+
+    team.run(count_block, len(codes))
+    # Digit by digit, and for each block by block.
+    before = np.cumsum(counts.T) - counts.T.ravel()
+    places = np.ascontiguousarray(before.reshape(-1, len(counts)).T)
+
+    def scatter_block(first: int, last: int) -> None:
+        place = places[first // BLOCK]
+        call(scatter, codes, order, shift, place, codes_out, order_out, first, last)
+
+    team.run(scatter_block, len(codes))
 
 
 def radix_sort(codes: np.ndarray, bits: int, team: Team) -> tuple[np.ndarray, np.ndarray]:
