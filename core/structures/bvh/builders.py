@@ -9,8 +9,12 @@ from ...progress import Progress
 from . import (
     agglomerative,
     binned_sah,
+    hlbvh,
+    lbvh,
+    lbvh_parallel,
     object_median,
     parallel_sah,
+    ploc,
     rtree_insert,
     rtree_str,
     spatial_median,
@@ -41,6 +45,10 @@ BUILDERS: dict[str, tuple[str, Builder]] = {
     "agglomerative": (
         "Bottom-up, the two closest clusters merged (Walter 2008)", agglomerative.build
     ),
+    "ploc": ("Bottom-up, neighbours along the Morton curve merge (Meister 2018)", ploc.build),
+    "lbvh": ("Intervals of sorted Morton codes (Lauterbach 2009)", lbvh.build),
+    "lbvh_parallel": ("The tree of LBVH, all nodes at once (Karras 2012)", lbvh_parallel.build),
+    "hlbvh": ("LBVH below, SAH above (Pantaleoni and Luebke 2010)", hlbvh.build),
     "rtree_insert": (
         "R-tree, one triangle inserted after the other (Guttman 1984)", rtree_insert.build
     ),

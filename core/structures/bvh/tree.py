@@ -131,7 +131,8 @@ class Grouping:
 def copy_depth_first(tree, out, stack):
     """Copy a tree, its nodes renumbered 0, 1, 2, ... depth-first, siblings together.
 
-    A walk that goes down then mostly goes on in memory: 10% faster on random rays.
+    Returns how many nodes there are. A walk that goes down then mostly goes on in memory: 10%
+    faster on random rays.
     """
     stack[0, 0], stack[0, 1] = 0, 0
     height, taken = 1, 1
@@ -148,6 +149,14 @@ def copy_depth_first(tree, out, stack):
                 stack[height, 0], stack[height, 1] = tree.first[old] + right, taken + right
                 height += 1
             taken += 2
+    return taken
+
+
+def leaves_only(boxes: np.ndarray) -> LinkedTree:
+    """Return the leaves with these boxes, (n, 6), and room for the tree that is to connect them."""
+    nodes = 2 * len(boxes) - 1
+    links = (np.full(nodes, -1, np.int32) for _ in range(3))
+    return LinkedTree(np.concatenate([boxes, np.empty((len(boxes) - 1, 6))]), *links)
 
 
 def linked(tree: Tree) -> LinkedTree:
