@@ -23,6 +23,7 @@ from .builders import BUILDERS
 from .collapse import LeafRule, collapse
 from .fit import fit_all
 from .optimisers import OPTIMISERS
+from .rearranging import Rearrangement
 from .settings import BVHSettings
 from .tree import Grouping, Pieces, Primitives, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
@@ -35,8 +36,8 @@ class BVH(Structure):
     ----------
     pieces : Pieces or None
         The parts of triangles that references stand for, if not for whole ones.
-    costs : list of float
-        SAH cost before the first step of the optimiser and after each.
+    rearrangement : Rearrangement
+        What the optimiser did.
     """
 
     name = "bvh"
@@ -46,7 +47,7 @@ class BVH(Structure):
 
     arrays: Binary
     pieces: Pieces | None
-    costs: list[float]
+    rearrangement: Rearrangement
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
 
@@ -54,9 +55,9 @@ class BVH(Structure):
     def build(cls, scene: Scene, settings: BVHSettings, progress: Progress = SILENT) -> BVH:
         """Group the triangles, rearrange the tree, fit the volumes."""
         cls.refuse_too_large(scene, settings)
-        grouping, costs = group(scene, settings, progress)
+        grouping, rearrangement = group(scene, settings, progress)
         structure = cls(scene, settings, None, triangles_of(scene, grouping.order))
-        structure.pieces, structure.costs = grouping.pieces, costs
+        structure.pieces, structure.rearrangement = grouping.pieces, rearrangement
         tree = grouping.tree
         if settings.volume == "aabb":
             volumes = Boxes(tree.boxes)
@@ -129,7 +130,9 @@ class BVH(Structure):
         return violations
 
 
-def group(scene: Scene, settings: BVHSettings, progress: Progress) -> tuple[Grouping, list[float]]:
+def group(
+    scene: Scene, settings: BVHSettings, progress: Progress
+) -> tuple[Grouping, Rearrangement]:
     """Group the triangles of a scene as the settings say.
 
     An optimiser works on single triangles, and leaves are chosen by cost afterwards.
@@ -137,21 +140,21 @@ def group(scene: Scene, settings: BVHSettings, progress: Progress) -> tuple[Grou
     Returns
     -------
     grouping : Grouping
-    costs : list of float
-        What the optimiser returned.
+    rearrangement : Rearrangement
+        What the optimiser did.
     """
     build = BUILDERS[settings.builder][1]
     optimise = OPTIMISERS[settings.optimise][1]
     primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
     if optimise is None:
-        return build(primitives, settings, progress), []
+        return build(primitives, settings, progress), Rearrangement()
     grouping = build(primitives, dataclasses.replace(settings, max_leaf_size=1), progress)
     tree = linked(grouping.tree)
-    costs = optimise(tree, settings, progress)
+    rearrangement = optimise(tree, settings, progress)
     rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
     collapsed, order = collapse(tree, rule)
     # A reference that a leaf holds now was number order[i] for the builder.
-    return Grouping(collapsed, grouping.order[order], reordered(grouping.pieces, order)), costs
+    return Grouping(collapsed, grouping.order[order], reordered(grouping.pieces, order)), rearrangement
 
 
 def reordered(pieces: Pieces | None, order: np.ndarray) -> Pieces | None:
