@@ -73,6 +73,15 @@ class BVHSettings:
         "Length of Morton codes, for LBVH, HLBVH and PLOC",
         choices={"30": "10 bits per axis", "63": "21 bits per axis"},
     )
+    rtree_split: str = setting(
+        "quadratic",
+        "R-tree Split",
+        "How a full node of an R-tree is shared out between two",
+        choices={
+            "quadratic": "The pair that wastes most surface apart, the most decided entry next",
+            "linear": "The pair farthest apart along an axis, then the others as they come",
+        },
+    )
     duplication: float = setting(
         2.0,
         "Duplication",
