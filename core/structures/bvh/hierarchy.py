@@ -25,9 +25,10 @@ from ..cells import Cells
 from ..contract import STACK_SIZE, Statistics, Structure
 from ..exhibits import Exhibit
 from .builders import BUILDERS
-from .collapse import LeafRule, collapse
+from .collapse import LeafRule, collapse, total_cost
 from .efficiency import Efficiency, hierarchy_efficiency
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
+from .exhibits_rearranging import rearranging_exhibits
 from .exhibits_split_plane import split_planes
 from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
@@ -50,8 +51,8 @@ class BVH(Structure):
     ----------
     pieces : Pieces or None
         The parts of triangles that references stand for, if not for whole ones.
-    rearrangement : Rearrangement
-        What the optimiser did.
+    rearrangement : Rearrangement or None
+        What the optimiser did, if there is one.
     figures : dict
         What else there is to say about this tree.
     """
@@ -63,7 +64,7 @@ class BVH(Structure):
 
     arrays: Binary | Wide
     pieces: Pieces | None
-    rearrangement: Rearrangement
+    rearrangement: Rearrangement | None
     figures: dict[str, Any]
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
@@ -191,7 +192,12 @@ class BVH(Structure):
 
     def exhibits(self) -> list[Exhibit]:
         """Return what else there is to show of this hierarchy."""
-        return [split_planes(self), nodes_not_paying(self), overlapping_siblings(self)]
+        return [
+            split_planes(self),
+            nodes_not_paying(self),
+            overlapping_siblings(self),
+            *rearranging_exhibits(self),
+        ]
 
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
@@ -237,33 +243,35 @@ class BVH(Structure):
 
 def group(
     scene: Scene, settings: BVHSettings, progress: Progress
-) -> tuple[Grouping, Rearrangement]:
+) -> tuple[Grouping, Rearrangement | None]:
     """Group the triangles of a scene as the settings say.
 
-    An optimiser works on single triangles, and leaves are chosen by cost afterwards.
+    An optimiser works on single triangles, and leaves are chosen by cost afterwards. Where these
+    leaves make the tree dearer than the one that was rearranged, that one stays.
 
     Returns
     -------
     grouping : Grouping
-    rearrangement : Rearrangement
+    rearrangement : Rearrangement or None
         What the optimiser did.
     """
     build = BUILDERS[settings.builder][1]
     optimise = OPTIMISERS[settings.optimise][1]
     primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
     if optimise is None:
-        return build(primitives, settings, progress), Rearrangement()
+        return build(primitives, settings, progress), None
     grouping = build(primitives, dataclasses.replace(settings, max_leaf_size=1), progress)
     tree = linked(grouping.tree)
-    rearrangement = optimise(tree, settings, progress)
     rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
-    collapsed, order = collapse(tree, rule)
+    as_built = collapse(tree, rule)
+    rearrangement = optimise(tree, settings, progress)
+    rearranged = collapse(tree, rule)
+    pays = total_cost(rearranged[0], rule) <= total_cost(as_built[0], rule)
+    collapsed, order = rearranged if pays else as_built
+    figures = grouping.figures | rearrangement.figures() | {"optimise_pays": pays}
     # A reference that a leaf holds now was number order[i] for the builder.
-<<<<<<< HEAD
-    return Grouping(collapsed, grouping.order[order], reordered(grouping.pieces, order)), rearrangement
-=======
     pieces = reordered(grouping.pieces, order)
-    return Grouping(collapsed, grouping.order[order], pieces, grouping.figures), costs
+    return Grouping(collapsed, grouping.order[order], pieces, figures), rearrangement
 
 
 WEIGHTS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4.0
@@ -310,7 +318,6 @@ def figures_of_binary(tree: Tree, settings: BVHSettings) -> dict[str, float]:
         "expected_inner": figures.expected_inner,
         "expected_volume_tests": 1.0 + 2.0 * figures.expected_inner,
     }
->>>>>>> issue4
 
 
 def reordered(pieces: Pieces | None, order: np.ndarray) -> Pieces | None:

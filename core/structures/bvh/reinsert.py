@@ -50,8 +50,8 @@ BATCH = 0.05
 """Share of the inner nodes that is taken apart in one step."""
 
 FORGIVE = 1 / 8
-"""What M is multiplied with each time that a node was taken apart: some of the worst nodes cannot be
-bettered, and others shall have their turn."""
+"""What M is multiplied with whenever a node was taken apart: some of the worst cannot be bettered,
+and the others shall have their turn."""
 
 MOST_VISITS = 1 << 13
 """Nodes at which a search ends with the best place so far; fewer than a hundred are usual. It also
@@ -59,6 +59,9 @@ bounds the queue, however deep the tree is."""
 
 VISITS_AT_ONCE = 1 << 16
 """Nodes that are looked at in one kernel call, some 20 ms."""
+
+VISITS_PER_MOVE = 16
+"""What cutting off and hanging takes, in the time of a visit."""
 
 
 class Queue(NamedTuple):
@@ -140,9 +143,9 @@ def reinsert_children(tree, nodes, first, least, queue, moves):
     root = int(nodes[first])
     while tree.parent[root] >= 0:
         root = int(tree.parent[root])
-    visits = 0
+    work = 0
     for i in range(first, len(nodes)):
-        if visits >= VISITS_AT_ONCE:
+        if work >= VISITS_AT_ONCE:
             return i
         left, right = tree.left[nodes[i]], tree.right[nodes[i]]
         for node in (left, right):
@@ -154,9 +157,9 @@ def reinsert_children(tree, nodes, first, least, queue, moves):
             if tree.parent[sibling] < 0:
                 root = int(sibling)
             place, cost, seen = find_place(tree, root, node, saved - least, queue)
-            visits += seen
+            work += seen + VISITS_PER_MOVE
             if place >= 0:
-                note_reinsertion(moves, saved - cost, tree, node, place)
+                note_reinsertion(moves, saved - cost, tree, node, sibling, place)
             attach(tree, node, place if place >= 0 else sibling)
             if tree.parent[parent] < 0:
                 root = int(parent)
@@ -183,18 +186,19 @@ def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rea
     """
     costs, moves, least = [cost_of(tree, settings)], make_moves(MOVE_WIDTH), least_gain(tree)
     n_leaves = (len(tree.left) + 1) // 2
-    inner_nodes = np.arange(n_leaves, len(tree.left))
+    inner_nodes = np.arange(n_leaves, len(tree.left), dtype=np.int32)
     batch = int(np.ceil(BATCH * len(inner_nodes)))
-    queue = Queue(np.empty(MOST_VISITS + 2), np.empty(MOST_VISITS + 2, np.int32))
     attempts = np.zeros(len(inner_nodes))
+    queue = Queue(np.empty(MOST_VISITS + 2), np.empty(MOST_VISITS + 2, np.int32))
     while not settled(costs):
-        worst = np.argsort(-inefficiency(tree, inner_nodes) * FORGIVE**attempts, kind="stable")
-        worst = worst[:batch]
+        text = f"Reinserting, step {len(costs)}"
+        inefficient = inefficiency(tree, inner_nodes) * FORGIVE**attempts
+        worst = np.argsort(-inefficient, kind="stable")[:batch]
         attempts[worst] += 1
-        first = 0
-        while first < len(worst):
-            progress.report(0, 1, f"Reinserting, step {len(costs)}")
-            nodes = inner_nodes[worst]
+        nodes, first = inner_nodes[worst], 0
+        while first < len(nodes):
+            progress.report(first, len(nodes), text)
             first = call(reinsert_children, tree, nodes, first, least, queue, moves)
+        progress.report(len(nodes), len(nodes), text)
         costs.append(cost_of(tree, settings))
-    return Rearrangement.of(costs, moves)
+    return Rearrangement.of(costs, moves, tree, settings)

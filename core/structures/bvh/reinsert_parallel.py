@@ -1,24 +1,24 @@
-"""Parallel reinsertion: every node looks for a better place at once; then the moves are made.
+r"""Parallel reinsertion: every node looks for a better place at once; then the moves are made.
 
 A round has two halves. In the first, every node X searches the tree as it stands, without changing
-it, so that threads share the work. In the second, the moves are made, the greatest gain first and of
-equal ones the lowest node: so the tree does not depend on the threads. Moves are in conflict if they
-share one of the nodes that they link anew: X, its sibling and parent, the place and its parent. Of
-those in conflict the first is made; the others have to wait for the next round. Others may still
-have changed boxes in between, so every move is made only if it pays now.
+it, so that threads share the work. In the second, the moves are made, the greatest gain first and
+of equal ones the lowest node first: the tree does not depend on the threads. Moves are in conflict
+if they share one of the nodes that they link anew: X, its sibling and parent, the place and its
+parent. The first of them is made, the others have to wait for the next round. Moves that share none
+may still have changed each other's boxes, so every move is made only if it pays by then.
 
 The search climbs from X to the root. On the way it adds up what X saves where it leaves: the whole
 parent, and what each ancestor shrinks by. From every ancestor it descends on the other side:
 
-              A               X hangs below P, beside S. Beside a node C on the other side of A:
-            /   \\
-          ...   ...           gain = SA(P) + what the nodes between P and A shrink by
-          /       \\                  - what the nodes between A and C grow by - SA(C + X)
+              A             X hangs below P, beside S. If it moves beside C:
+            /   \
+          ...   ...         gain =   SA(P) + what the nodes between P and A shrink by
+          /       \                - what the nodes between A and C grow by - SA(C + X)
          P         C
-        / \\
-       X   S                  A contains X before and after: from there up nothing changes.
+        / \                 A contains X before and after; from there up nothing changes.
+       X   S
 
-Subtrees where even SA(X) instead of SA(C + X) would not beat the best gain are left out.
+Subtrees in which even SA(X) instead of SA(C + X) would not beat the best gain are left out.
 
 D. Meister, J. Bittner: Parallel Reinsertion for Bounding Volume Hierarchy Optimization,
 Computer Graphics Forum 37(2), 2018.
@@ -135,7 +135,7 @@ def search_range(tree, first, last, least, search, places, gains):
 
 @inner
 def growth(tree, node, place):
-    """Return by how much area a tree grows if a node is hung beside `place`; inf if below itself."""
+    """Return the area that hanging a node beside `place` costs; inf if that is below the node."""
     box = tree.boxes[node]
     cost = union_area(tree.boxes[place], box)
     above = place
@@ -167,7 +167,7 @@ def make_range(tree, nodes, places, first, last, least, touched, moves):
         touched[node] = touched[place] = touched[parent] = touched[sibling] = True
         if above >= 0:
             touched[above] = True
-        note_reinsertion(moves, gain, tree, node, place)
+        note_reinsertion(moves, gain, tree, node, sibling, place)
         attach(tree, node, place)
 
 
@@ -190,16 +190,18 @@ def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rea
         spare.append(search)
 
     while not settled(costs):
-        for_chunks(search_chunk, n_nodes, 0, progress, f"Reinserting, round {len(costs)}")
+        for_chunks(search_chunk, n_nodes, 0, progress, f"Searching places, round {len(costs)}")
         nodes = np.flatnonzero(places >= 0)
         nodes = nodes[np.argsort(-gains[nodes], kind="stable")].astype(np.int32)
-        touched = np.zeros(n_nodes, np.bool_)
+        targets, touched = places[nodes], np.zeros(n_nodes, np.bool_)
+        text = f"Reinserting, round {len(costs)}"
         for first in range(0, len(nodes), MOVES_AT_ONCE):
-            progress.report(n_nodes, n_nodes, f"Reinserting, round {len(costs)}")
+            progress.report(first, len(nodes), text)
             last = min(first + MOVES_AT_ONCE, len(nodes))
-            call(make_range, tree, nodes, places[nodes], first, last, least, touched, moves)
+            call(make_range, tree, nodes, targets, first, last, least, touched, moves)
+        progress.report(len(nodes), len(nodes), text)
         costs.append(cost_of(tree, settings))
-    return Rearrangement.of(costs, moves)
+    return Rearrangement.of(costs, moves, tree, settings)
 
 
 def make_search() -> Search:

@@ -1,12 +1,12 @@
-"""Tree rotations: exchange a child with a grandchild, or two grandchildren, where that pays.
+r"""Tree rotations: exchange a child with a grandchild, or two grandchildren, where that pays.
 
 Below a node are its children and up to four grandchildren. Six exchanges change the boxes of the
 children only, never that of the node itself or of anything above:
 
          N                child with grandchild:       A <-> b, A <-> c
-       /   \\                                           B <-> d, B <-> e (the same, mirrored)
+       /   \                                            B <-> d, B <-> e (the same, mirrored)
       A     B             grandchild with grandchild:  d <-> b, d <-> c
-     / \\   / \\
+     / \   / \
     d   e b   c
 
 At every node, from the leaves up, the exchange with the greatest gain is made. Passes over the
@@ -24,16 +24,15 @@ import numpy as np
 from ...geometry.box import area_of
 from ...kernels import call, inner, kernel
 from ...progress import Progress
-from .collapse import list_preorder
 from .rearranging import (
     Rearrangement,
     cost_of,
     fit_node,
+    from_leaves_up,
     hang,
     least_gain,
     make_moves,
     note_move,
-    root_of,
     settled,
     sibling_of,
     union_area,
@@ -102,7 +101,7 @@ def rotate_range(tree, nodes, first, last, least, moves):
 
 
 def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rearrangement:
-    """Rotate until a pass gains less than ENOUGH; a step is one pass over all nodes.
+    """Rotate; a step is one pass over all nodes.
 
     Raises
     ------
@@ -110,12 +109,11 @@ def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rea
         From `progress`.
     """
     costs, moves, least = [cost_of(tree, settings)], make_moves(2), least_gain(tree)
-    preorder = np.empty(len(tree.left), np.int32)
+
+    def work(nodes: np.ndarray, first: int, last: int) -> None:
+        call(rotate_range, tree, nodes, first, last, least, moves)
+
     while not settled(costs):
-        call(list_preorder, tree, root_of(tree), preorder)
-        for last in range(len(preorder), 0, -NODES_AT_ONCE):
-            progress.report(0, 1, f"Rotating, pass {len(costs)}")
-            call(rotate_range, tree, preorder, max(last - NODES_AT_ONCE, 0), last, least, moves)
+        from_leaves_up(tree, NODES_AT_ONCE, work, progress, f"Rotating, pass {len(costs)}")
         costs.append(cost_of(tree, settings))
-    progress.report(1, 1, f"Rotating, pass {len(costs) - 1}")
-    return Rearrangement.of(costs, moves)
+    return Rearrangement.of(costs, moves, tree, settings)

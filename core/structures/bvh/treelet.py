@@ -23,15 +23,14 @@ import numpy as np
 from ...geometry.box import area_of
 from ...kernels import call, dispatched, implements, inner, kernel
 from ...progress import Progress
-from .collapse import list_preorder
 from .rearranging import (
     Rearrangement,
     cost_of,
     fit_node,
+    from_leaves_up,
     least_gain,
     make_moves,
     note_move,
-    root_of,
     settled,
 )
 from .tree import LinkedTree
@@ -201,6 +200,11 @@ def relink(tree, treelet, count):
         fit_node(tree, node)
 
 
+def treelet_width(most: int) -> int:
+    """Return how many numbers the log takes per treelet."""
+    return 3 + 6 * most + 4 * (most - 1)
+
+
 @inner
 def note_treelet(moves, gain, tree, treelet, count):
     """Write a treelet into the log, before it is linked anew.
@@ -246,9 +250,7 @@ def restructure_range(search, tree, nodes, first, last, least, treelet, moves):
 def restructure(
     search: Any, most: int, tree: LinkedTree, settings: BVHSettings, progress: Progress
 ) -> Rearrangement:
-    """Restructure all treelets of `most` leaves until a pass gains less than ENOUGH.
-
-    A step is one pass over all nodes.
+    """Restructure all treelets of `most` leaves; a step is one pass over all nodes.
 
     Parameters
     ----------
@@ -260,18 +262,16 @@ def restructure(
     Cancelled
         From `progress`.
     """
-    treelet, moves = make_treelet(most), make_moves(3 + 6 * most + 4 * (most - 1))
+    treelet, moves = make_treelet(most), make_moves(treelet_width(most))
     costs, least = [cost_of(tree, settings)], least_gain(tree)
-    preorder = np.empty(len(tree.left), np.int32)
+
+    def work(nodes: np.ndarray, first: int, last: int) -> None:
+        call(restructure_range, search, tree, nodes, first, last, least, treelet, moves)
+
     while not settled(costs):
-        call(list_preorder, tree, root_of(tree), preorder)
-        for last in range(len(preorder), 0, -NODES_AT_ONCE):
-            progress.report(0, 1, f"Treelets, pass {len(costs)}")
-            first = max(last - NODES_AT_ONCE, 0)
-            call(restructure_range, search, tree, preorder, first, last, least, treelet, moves)
+        from_leaves_up(tree, NODES_AT_ONCE, work, progress, f"Treelets, pass {len(costs)}")
         costs.append(cost_of(tree, settings))
-    progress.report(1, 1, f"Treelets, pass {len(costs) - 1}")
-    return Rearrangement.of(costs, moves)
+    return Rearrangement.of(costs, moves, tree, settings)
 
 
 def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rearrangement:
