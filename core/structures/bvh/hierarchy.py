@@ -27,9 +27,7 @@ from ..exhibits import Exhibit
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse, total_cost
 from .efficiency import Efficiency, hierarchy_efficiency
-from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
-from .exhibits_rearranging import rearranging_exhibits
-from .exhibits_split_plane import split_planes
+from .exhibits import exhibits_of
 from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
 from .overlap import sibling_overlap
@@ -191,13 +189,8 @@ class BVH(Structure):
         return VolumeWorkspace(np.empty(size, np.int32), np.empty(size), np.empty((MOST_STRIPS, 3)))
 
     def exhibits(self) -> list[Exhibit]:
-        """Return what else there is to show of this hierarchy."""
-        return [
-            split_planes(self),
-            nodes_not_paying(self),
-            overlapping_siblings(self),
-            *rearranging_exhibits(self),
-        ]
+        """Return what there is to show of the tree and of how it was built."""
+        return exhibits_of(self)
 
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
