@@ -11,6 +11,7 @@ from ...colours import INNER_COLOUR, depth_colours
 from ...outlines import wires_of
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
+from .exhibits_rearranging import rearranging_exhibits
 from .exhibits_split_plane import split_planes
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         split_planes(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
+        *rearranging_exhibits(bvh),
     ]
 
 
