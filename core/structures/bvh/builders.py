@@ -6,7 +6,16 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...progress import Progress
-from . import binned_sah, object_median, parallel_sah, spatial_median, sweep_sah
+from . import (
+    agglomerative,
+    binned_sah,
+    object_median,
+    parallel_sah,
+    rtree_insert,
+    rtree_str,
+    spatial_median,
+    sweep_sah,
+)
 from .tree import Grouping, Primitives
 
 if TYPE_CHECKING:
@@ -29,5 +38,12 @@ BUILDERS: dict[str, tuple[str, Builder]] = {
     "binned_sah": (
         "From the top down, SAH evaluated at bin borders (Wald 2007)", binned_sah.build
     ),
+    "agglomerative": (
+        "Bottom-up, the two closest clusters merged (Walter 2008)", agglomerative.build
+    ),
+    "rtree_insert": (
+        "R-tree, one triangle inserted after the other (Guttman 1984)", rtree_insert.build
+    ),
+    "rtree_str": ("R-tree packed by sort-tile-recursive (Leutenegger 1997)", rtree_str.build),
 }  # fmt: skip
 """For each builder one sentence, and the function that builds."""
