@@ -15,16 +15,22 @@ import numpy as np
 
 from ...geometry.box import Boxes, boxes_of, surface_area
 from ...geometry.kdop import KDOPs
+from ...geometry.rays import ULPS
 from ...geometry.triangle import triangles_of
 from ...geometry.volume import MOST_STRIPS
+from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ..cells import Cells
 from ..contract import STACK_SIZE, Statistics, Structure
+from ..exhibits import Exhibit
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse
+from .efficiency import Efficiency, hierarchy_efficiency
+from .exhibits import exhibits_of
 from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
+from .overlap import sibling_overlap
 from .settings import BVHSettings
 from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
@@ -59,6 +65,20 @@ class BVH(Structure):
     figures: dict[str, Any]
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
+    BYTES_PER_REFERENCE = 230
+    """What spatial splits take beside that for every reference they are allowed."""
+
+    @classmethod
+    def refuse_too_large(cls, scene: Scene, settings: BVHSettings) -> None:
+        """Refuse what would not fit into memory, as the settings say."""
+        super().refuse_too_large(scene, settings)
+        if settings.builder == "sbvh":
+            per_triangle = cls.BYTES_PER_TRIANGLE + settings.duplication * cls.BYTES_PER_REFERENCE
+            refuse_if_too_large(
+                int(len(scene) * per_triangle),
+                f"sbvh over {len(scene)} triangles with duplication {settings.duplication:g}",
+                "lower duplication or use a smaller scene",
+            )
 
     @classmethod
     def build(cls, scene: Scene, settings: BVHSettings, progress: Progress = SILENT) -> BVH:
@@ -111,24 +131,47 @@ class BVH(Structure):
         """
         volumes, count, depth = self.arrays.volumes, self.arrays.size, self.depths()
         boxes, is_leaf = volumes.boxes(), count > 0
+        efficiency = self.efficiency()
+        extra = {
+            "gain": efficiency.gain,
+            "expected_gain": efficiency.expected_gain,
+            "overlap": self.overlap(),
+        }
         if isinstance(volumes, Boxes):
-            return Cells.sorted_by_depth(boxes, depth, is_leaf, count)
+            return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra)
         shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
         faces = volumes.polygons(shaped)
         faces = faces._replace(owners=shaped[faces.owners])
-        return Cells.sorted_by_depth(boxes, depth, is_leaf, count, faces=faces, areas=self.areas)
+        return Cells.sorted_by_depth(
+            boxes, depth, is_leaf, count, extra, faces=faces, areas=self.areas
+        )
 
     @functools.cached_property
     def areas(self) -> np.ndarray:
         """Surface areas of all volumes, (n_nodes,)."""
         return self.arrays.volumes.areas()
 
+    def efficiency(self) -> Efficiency:
+        """Return whether each node pays, by the lecture's inequality."""
+        return hierarchy_efficiency(
+            self.areas, self.arrays.first, self.arrays.size, self.width(),
+            self.settings.C_trav, self.settings.C_isect,
+        )  # fmt: skip
+
+    def overlap(self) -> np.ndarray:
+        """Return how much the children of each node overlap, (n_nodes,); 0 for leaves."""
+        return sibling_overlap(self.arrays.volumes.boxes(), self.arrays.first, self.width())
+
     def statistics(self) -> Statistics:
         """Return the figures of the tree; areas are those of the volumes themselves."""
         count = self.arrays.size
         areas = self.areas
+        is_inner, efficiency = count == 0, self.efficiency()
         extra = self.figures | {
-            "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0])
+            "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0]),
+            "overlap": float(self.overlap()[is_inner].mean()) if is_inner.any() else 0.0,
+            "nodes_not_paying": int((efficiency.gain[is_inner] <= 0.0).sum()),
+            "nodes_not_paying_expected": int((efficiency.expected_gain[is_inner] <= 0.0).sum()),
         }
         return Statistics.of_cells(
             areas, count > 0, count, self.depths(), float(areas[0]),
@@ -144,16 +187,21 @@ class BVH(Structure):
         size = WIDE_STACK_SIZE if isinstance(self.arrays, Wide) else STACK_SIZE
         return VolumeWorkspace(np.empty(size, np.int32), np.empty(size), np.empty((MOST_STRIPS, 3)))
 
+    def exhibits(self) -> list[Exhibit]:
+        """Return what there is to show of the tree and of how it was built."""
+        return exhibits_of(self)
+
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
         violations = []
         volumes, first, count = self.arrays.volumes, self.arrays.first, self.arrays.size
         leaves = np.flatnonzero(count > 0)
         covered = np.concatenate([np.arange(first[n], first[n] + count[n]) for n in leaves])
-        if not np.array_equal(np.sort(covered), np.arange(len(self.scene))):
-            violations.append("the leaves do not partition the triangles")
-        if not np.array_equal(np.sort(self.triangles.ids), np.arange(len(self.scene))):
-            violations.append("the order of the triangles is not a permutation")
+        ids = self.triangles.ids
+        if not np.array_equal(np.sort(covered), np.arange(len(ids))):
+            violations.append("the leaves do not partition the references")
+        if not np.array_equal(np.unique(ids), np.arange(len(self.scene))):
+            violations.append("a triangle is referenced nowhere")
         inner = np.flatnonzero(count == 0)
         widths = self.width()
         width = widths[inner]
@@ -175,6 +223,13 @@ class BVH(Structure):
             outsiders = sticking_out(volumes, *self._referred(*ranges_of(first, count, widths)))
             if len(outsiders):
                 violations.append(f"triangles stick out of {len(outsiders)} nodes")
+        if self.pieces is not None and not violations:
+            own = boxes_of(self.pieces.corners)
+            starts = self.pieces.offsets[:-1]
+            low = np.minimum.reduceat(own[:, :3], starts)
+            high = np.maximum.reduceat(own[:, 3:], starts)
+            if not covers(self.scene.triangles, ids, np.concatenate([low, high], axis=1)):
+                violations.append("the pieces of a triangle do not cover it")
         return violations
 
 
@@ -202,6 +257,36 @@ def group(scene: Scene, settings: BVHSettings, progress: Progress) -> tuple[Grou
     # A reference that a leaf holds now was number order[i] for the builder.
     pieces = reordered(grouping.pieces, order)
     return Grouping(collapsed, grouping.order[order], pieces, grouping.figures), costs
+
+
+WEIGHTS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4.0
+"""Points of a triangle as weights of its corners: corners, and others evenly between."""
+
+
+def covers(triangles: np.ndarray, ids: np.ndarray, boxes: np.ndarray) -> bool:
+    """Say whether every triangle is inside the boxes of its references.
+
+    With a single reference its box has to contain the whole triangle. With several, every one of
+    the points WEIGHTS has to be in one of the boxes, or as near as rounding allows.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float64
+    ids : (m,) int
+        The triangle of each reference.
+    boxes : (m, 6) float64
+    """
+    own = boxes_of(triangles)[ids]
+    is_inside = (own[:, :3] >= boxes[:, :3]).all(axis=1) & (own[:, 3:] <= boxes[:, 3:]).all(axis=1)
+    is_single = np.bincount(ids, minlength=len(triangles))[ids] == 1
+    several, part = ids[~is_single], boxes[~is_single]
+    slack = ULPS * np.abs(triangles).max(axis=(0, 1))
+    found = np.zeros((len(triangles), len(WEIGHTS)), dtype=bool)
+    for place, weights in enumerate(WEIGHTS):
+        points = np.einsum("k,nkc->nc", weights, triangles[several])
+        inside = (points >= part[:, :3] - slack) & (points <= part[:, 3:] + slack)
+        found[several[inside.all(axis=1)], place] = True
+    return bool(is_inside[is_single].all() and found[several].all())
 
 
 def figures_of_binary(tree: Tree, settings: BVHSettings) -> dict[str, float]:
