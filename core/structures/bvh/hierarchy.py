@@ -99,14 +99,14 @@ class BVH(Structure):
             volumes = Boxes(tree.boxes)
         else:
             ranges = ranges_of(tree.first, tree.size, width)
-            volumes = fit_all(settings.volume, *structure._referred(*ranges), progress)
+            volumes = fit_all(settings.volume, *structure.referred(*ranges), progress)
         if isinstance(tree, WideTree):
             structure.arrays = Wide(volumes, tree.first, tree.size, tree.width)
         else:
             structure.arrays = Binary(volumes, tree.first, tree.size)
         return structure
 
-    def _referred(
+    def referred(
         self, begin: np.ndarray, end: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return triangles, and the ranges of them that ranges of references stand for."""
@@ -221,7 +221,7 @@ class BVH(Structure):
             if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
                 violations.append("a node's box is not the union of its children's")
         if not violations:
-            outsiders = sticking_out(volumes, *self._referred(*ranges_of(first, count, widths)))
+            outsiders = sticking_out(volumes, *self.referred(*ranges_of(first, count, widths)))
             if len(outsiders):
                 violations.append(f"triangles stick out of {len(outsiders)} nodes")
         if self.pieces is not None and not violations:
