@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from accelscope.core.geometry.box import Boxes
 
 
 def test_everything_built_is_sound(lab, build, variant, scene_name):
@@ -99,9 +100,9 @@ def test_a_triangle_missing_from_one_of_its_cells_is_found(lab, build):
 @pytest.mark.parametrize(
     ("field", "damage"),
     [
-        ("boxes", lambda a: changed(a, (0, 0), a[0, 0] + 1e-3)),
-        ("boxes", lambda a: changed(a, (-1, 4), a[-1, 4] - 1e-3)),
-        ("boxes", lambda a: changed(a, (5, 2), a[5, 2] - 1.0)),
+        ("volumes", lambda v: Boxes(changed(v.rows, (0, 0), v.rows[0, 0] + 1e-3))),
+        ("volumes", lambda v: Boxes(changed(v.rows, (-1, 4), v.rows[-1, 4] - 1e-3))),
+        ("volumes", lambda v: Boxes(changed(v.rows, (5, 2), v.rows[5, 2] - 1.0))),
         ("size", lambda a: changed(a, np.flatnonzero(a > 1)[0], 1)),
         ("first", lambda a: changed(a, 0, 3)),
         ("first", lambda a: changed(a, -1, 0)),

@@ -6,7 +6,16 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...progress import Progress
-from . import agglomerative, binned_sah, rtree_insert, rtree_str
+from . import (
+    agglomerative,
+    binned_sah,
+    object_median,
+    parallel_sah,
+    rtree_insert,
+    rtree_str,
+    spatial_median,
+    sweep_sah,
+)
 from .tree import Grouping, Primitives
 
 if TYPE_CHECKING:
@@ -15,6 +24,17 @@ if TYPE_CHECKING:
     Builder = Callable[[Primitives, BVHSettings, Progress], Grouping]
 
 BUILDERS: dict[str, tuple[str, Builder]] = {
+    "spatial_median": (
+        "From the top down, every node halved in space", spatial_median.build
+    ),
+    "object_median": (
+        "From the top down, half of the triangles to each side", object_median.build
+    ),
+    "sweep_sah": ("From the top down, SAH evaluated between all centroids", sweep_sah.build),
+    "parallel_sah": (
+        "From the top down, level by level with queues, as on a GPU (Lauterbach 2009)",
+        parallel_sah.build,
+    ),
     "binned_sah": (
         "From the top down, SAH evaluated at bin borders (Wald 2007)", binned_sah.build
     ),

@@ -1,0 +1,34 @@
+"""Builder, volume, arity and optimiser are independent: any with any returns the bits of brute
+force, and is sound."""
+
+import itertools
+
+import pytest
+from accelscope.core.geometry.rays import CLOSEST
+from accelscope.core.structures.bvh.builders import BUILDERS
+from accelscope.core.structures.bvh.fit import KINDS
+from accelscope.core.structures.bvh.optimisers import OPTIMISERS
+
+ARITIES = ("2", "4", "8")
+
+
+def check(lab, build, text, scenes):
+    for scene_name in scenes:
+        rays, names, want, _ = lab.truth(scene_name)
+        structure = build("bvh", lab.small_scene(scene_name), text)
+        assert structure.validate() == []
+        got, _ = structure.trace(rays, CLOSEST)
+        assert lab.differences(names, want, got) == {}
+
+
+@pytest.mark.parametrize(("builder", "volume"), list(itertools.product(BUILDERS, KINDS)))
+def test_builder_and_volume(lab, build, builder, volume):
+    for arity in ARITIES:
+        text = f"builder={builder},volume={volume},arity={arity},max_leaf_size=2"
+        check(lab, build, text, ("soup", "mess"))
+
+
+@pytest.mark.parametrize(("builder", "optimise"), list(itertools.product(BUILDERS, OPTIMISERS)))
+def test_builder_and_optimiser(lab, build, builder, optimise):
+    text = f"builder={builder},optimise={optimise}"
+    check(lab, build, text, ("soup", "mess", "cubes", "flat"))
