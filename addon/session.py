@@ -56,6 +56,8 @@ class Session:
         Number of the leaf whose links are drawn, -1 for none.
     links : tuple of (segments, colours)
         The picture of those links.
+    timeline : list of dict
+        The records of the last comparison over the timeline.
     watched : list of Snapshot
         Those that handlers keep an eye on: the one above, and one that is being built over.
     undone : bool
@@ -72,6 +74,7 @@ class Session:
     legend: list[tuple[str, str]] = field(default_factory=list)
     linked_leaf: int = -1
     links: tuple[np.ndarray, np.ndarray] | None = None
+    timeline: list[dict[str, Any]] = field(default_factory=list)
     watched: list[Snapshot] = field(default_factory=list)
     undone: bool = False
 
@@ -154,7 +157,7 @@ class Session:
         if self.built is not None:
             overlay.disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
-        self.watched, self.undone = [], False
+        self.timeline, self.watched, self.undone = [], [], False
         self._forget_paths()
 
     # Asking.

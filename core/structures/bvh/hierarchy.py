@@ -8,6 +8,7 @@ volume is put around each group (:mod:`.fit`).
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from .builders import BUILDERS
 from .collapse import LeafRule, collapse
 from .efficiency import Efficiency, hierarchy_efficiency
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
+from .exhibits_refit import Moment, refit_over_timeline
 from .exhibits_split_plane import split_planes
 from .fit import fit_all
 from .optimisers import OPTIMISERS
@@ -42,6 +44,8 @@ class BVH(Structure):
         The parts of triangles that references stand for, if not for whole ones.
     costs : list of float
         SAH cost before the first step of the optimiser and after each.
+    history : sequence of Moment
+        The animation over which the tree was refitted, if it was.
     """
 
     name = "bvh"
@@ -52,6 +56,7 @@ class BVH(Structure):
     arrays: Binary
     pieces: Pieces | None
     costs: list[float]
+    history: Sequence[Moment] = ()
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
 
@@ -135,7 +140,8 @@ class BVH(Structure):
 
     def exhibits(self) -> list[Exhibit]:
         """Return what else there is to show of this hierarchy."""
-        return [split_planes(self), nodes_not_paying(self), overlapping_siblings(self)]
+        exhibits = [split_planes(self), nodes_not_paying(self), overlapping_siblings(self)]
+        return exhibits + ([refit_over_timeline(self)] if self.history else [])
 
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
