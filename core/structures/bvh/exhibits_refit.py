@@ -18,7 +18,7 @@ from ..exhibits import Exhibit, Frame
 if TYPE_CHECKING:
     from .hierarchy import BVH
 
-LEVELS = 6
+LEVELS = 5
 """Levels that are kept of every frame."""
 
 
