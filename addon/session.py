@@ -59,6 +59,8 @@ class Session:
         The picture of those links.
     showcase : Showcase
         Exhibits of the structure; empty before the first build.
+    timeline : list of dict
+        The records of the last comparison over the timeline.
     watched : list of Snapshot
         Those that handlers keep an eye on: the one above, and one that is being built over.
     undone : bool
@@ -76,6 +78,7 @@ class Session:
     linked_leaf: int = -1
     links: tuple[np.ndarray, np.ndarray] | None = None
     showcase: Showcase = field(default_factory=Showcase)
+    timeline: list[dict[str, Any]] = field(default_factory=list)
     watched: list[Snapshot] = field(default_factory=list)
     undone: bool = False
 
@@ -167,7 +170,7 @@ class Session:
             overlay.disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
         self.showcase = Showcase()
-        self.watched, self.undone = [], False
+        self.timeline, self.watched, self.undone = [], [], False
         self._forget_paths()
 
     # Asking.

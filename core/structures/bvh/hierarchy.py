@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from .builders import BUILDERS
 from .collapse import LeafRule, collapse, total_cost
 from .efficiency import Efficiency, hierarchy_efficiency
 from .exhibits import exhibits_of
+from .exhibits_refit import Moment
 from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
 from .overlap import sibling_overlap
@@ -53,6 +55,8 @@ class BVH(Structure):
         What the optimiser did, if there is one.
     figures : dict
         What else there is to say about this tree.
+    history : sequence of Moment
+        The animation over which the tree was refitted, if it was.
     """
 
     name = "bvh"
@@ -64,6 +68,7 @@ class BVH(Structure):
     pieces: Pieces | None
     rearrangement: Rearrangement | None
     figures: dict[str, Any]
+    history: Sequence[Moment] = ()
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
     BYTES_PER_REFERENCE = 230

@@ -209,7 +209,7 @@ class Node(NamedTuple):
 
     number: int
     first: int
-    count: int
+    references: int
     room: int
     depth: int
 
@@ -276,7 +276,7 @@ class Construction:
         """Split a node and everything below it; return how many references it had."""
         stack = np.empty((STACK_SIZE, 5), np.int64)
         self._build_subtree(node, make_scratch(self.rule.bins), stack, False)
-        return node.count
+        return node.references
 
     def _build_subtree(self, node: Node, scratch: Scratch, stack: np.ndarray, one: bool) -> int:
         return call(
@@ -298,7 +298,7 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     pending, subtrees = [work.root], []
     while pending:
         node = pending.pop()
-        if node.count <= SUBTREE:
+        if node.references <= SUBTREE:
             subtrees.append(node)
             continue
         progress.report(0, total, "Building bvh")
@@ -347,7 +347,7 @@ def figures_of(work: Construction, n_references: int) -> dict[str, Any]:
     """Return references per triangle, and how many spatial splits there are at which depth."""
     depth = work.tree.cut_depth
     return {
-        "duplication": n_references / work.root.count,
+        "duplication": n_references / work.root.references,
         "spatial_splits": np.bincount(depth[depth >= 0]).tolist(),
     }
 
