@@ -8,8 +8,8 @@ children overlap by more than ALPHA of the root's area, the best spatial split i
 (:mod:`.spatial_split`), and the cheaper one is taken.
 
 The memory is bounded by the setting `duplication`. Every node has room for so many references; what
-its own leave free is shared by its children in proportion to their sizes. Where there is none left,
-a triangle is not cut any more. That depends on no other node: threads change nothing.
+its own leave free is shared by its children in proportion to their sizes. Planes that would need
+more are not taken. That depends on no other node: threads change nothing.
 
 M. Stich, H. Friedrich, A. Dietrich: Spatial Splits in Bounding Volume Hierarchies, HPG 2009.
 V. Fuetterling, C. Lojewski, F.-J. Pfreundt, A. Ebert: Parallel Spatial Splits in Bounding Volume
@@ -137,12 +137,12 @@ def split_node(tree, references, node, first, count, room, depth, rule, scratch)
     used = min(rule.bins, 4 + count)  # more than references would mostly be empty
     if count > 1 and depth < MAXIMUM_DEPTH // 2:
         axis, last_left, n_left, n_right, cost = best_split(
-            references, first, count, OBJECT, bounds, used, bins, np.inf
+            references, first, count, room, OBJECT, bounds, used, bins, np.inf
         )
         overlap = overlap_of(bins.parts) if axis >= 0 else area
         if overlap > rule.least_overlap and room > count:
             other_axis, other_bin, other_left, other_right, other_cost = best_split(
-                references, first, count, SPATIAL, bounds, used, bins, cost
+                references, first, count, room, SPATIAL, bounds, used, bins, cost
             )
             if other_axis >= 0:
                 kind, axis, last_left = SPATIAL, other_axis, other_bin
@@ -153,13 +153,12 @@ def split_node(tree, references, node, first, count, room, depth, rule, scratch)
         return 0, 0, 0
     if axis >= 0:
         n_left, n_right, plane = divide(
-            references, first, count, room, kind, bounds, axis, last_left, n_left, n_right, used,
-            bins,
-        )  # fmt: skip
+            references, first, count, kind, bounds, axis, last_left, n_left, n_right, used, bins
+        )
         bounds[12], bounds[13] = axis, plane
-    else:
-        n_left = count // 2  # nothing tells them apart: split by index
-        n_right = count - n_left
+    if n_left == 0 or n_right == 0:
+        # Nothing tells them apart: split by index.
+        kind, n_left, n_right = OBJECT, count // 2, count - count // 2
     # What is free goes to the children by their sizes. As many of the right ones as the gap is
     # wide go from in front of the others to behind them.
     free = room - n_left - n_right

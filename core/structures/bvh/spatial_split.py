@@ -236,14 +236,18 @@ def fill_bins(references, first, count, kind, axis, low, scale, used, bins):
 
 
 @inner
-def best_split(references, first, count, kind, bounds, used, bins, best_cost):
+def best_split(references, first, count, room, kind, bounds, used, bins, best_cost):
     """Return the cheapest of 3 (used - 1) planes; the boxes of both sides go to SIDES.
 
-    A plane has to take something away from either side: with all references on one side again,
-    splitting might go on for ever.
+    A spatial split may leave all references on both sides: of diagonal ones, each has a quarter of
+    the area then. What puts an end to that is the overlap from which on it is looked for.
 
     Parameters
     ----------
+    room : int
+        References that there may be in the children together.
+    kind : int
+        OBJECT or SPATIAL.
     bounds : (12,) float64
         Of the node, see :func:`enclose`.
     used : int
@@ -281,7 +285,7 @@ def best_split(references, first, count, kind, bounds, used, bins, best_cost):
             grow(parts, LEFT, bins.boxes, b)
             n_left += bins.counts[b]
             n_right -= bins.counts[used + b]
-            if n_left == 0 or n_right == 0 or n_left == count or n_right == count:
+            if n_left == 0 or n_right == 0 or n_left + n_right > room:
                 continue
             cost = n_left * area_of(parts[LEFT]) + n_right * area_of(bins.boxes[used + b])
             if cost < best_cost:
@@ -305,7 +309,7 @@ def overlap_of(parts):
 
 
 @inner
-def side_of(boxes, row, parts, n_left, n_right, has_room):
+def side_of(boxes, row, parts, n_left, n_right):
     """Return where a straddling reference is cheapest: LEFT, RIGHT or BOTH.
 
     *Reference unsplitting*: leaving it whole on one side makes that side's box larger, but saves a
@@ -313,8 +317,6 @@ def side_of(boxes, row, parts, n_left, n_right, has_room):
     """
     left, right = area_of(parts[SIDES + LEFT]), area_of(parts[SIDES + RIGHT])
     cost, side = left * n_left + right * n_right, BOTH
-    if not has_room:
-        cost = np.inf
     copy(parts, TRIAL, boxes, row)
     grow(parts, TRIAL, parts, SIDES + LEFT)
     only_left = area_of(parts[TRIAL]) * n_left + right * (n_right - 1)
@@ -336,21 +338,18 @@ def swap(references, i, j):
 
 
 @inner
-def divide(
-    references, first, count, room, kind, bounds, axis, last_left, n_left, n_right, used, bins
-):
+def divide(references, first, count, kind, bounds, axis, last_left, n_left, n_right, used, bins):
     """Divide references by a plane: left ones first, right ones next, behind the end what is new.
 
     Parameters
     ----------
-    room : int
-        References that may be there in the end.
     axis, last_left, n_left, n_right
         As :func:`best_split` returned them, with SIDES of the bins.
 
     Returns
     -------
     n_left, n_right : int
+        One may be 0, if all straddle and are cheapest on the same side.
     plane : float
         Where it is.
     """
@@ -372,7 +371,7 @@ def divide(
             elif is_empty(parts, RIGHT):
                 where = LEFT
             else:
-                where = side_of(boxes, i, parts, n_left, n_right, end < first + room)
+                where = side_of(boxes, i, parts, n_left, n_right)
             if where == LEFT:
                 grow(parts, SIDES + LEFT, boxes, i)
                 n_right -= 1
