@@ -18,6 +18,7 @@ from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
 from . import extraction, jobs, overlay, properties
+from .showcase import Showcase
 from .snapshot import Snapshot
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
@@ -56,6 +57,8 @@ class Session:
         Number of the leaf whose links are drawn, -1 for none.
     links : tuple of (segments, colours)
         The picture of those links.
+    showcase : Showcase
+        Exhibits of the structure; empty before the first build.
     watched : list of Snapshot
         Those that handlers keep an eye on: the one above, and one that is being built over.
     undone : bool
@@ -72,6 +75,7 @@ class Session:
     legend: list[tuple[str, str]] = field(default_factory=list)
     linked_leaf: int = -1
     links: tuple[np.ndarray, np.ndarray] | None = None
+    showcase: Showcase = field(default_factory=Showcase)
     watched: list[Snapshot] = field(default_factory=list)
     undone: bool = False
 
@@ -91,6 +95,7 @@ class Session:
         """Replace everything by a new structure, and draw it."""
         self.snapshot, self.built, self.cells, self.record = snapshot, built, cells, record
         self.traced = None
+        self.showcase = Showcase(built.structure.exhibits())
         self.watch_built()
         self._clear_paths()
         overlay.set_cells(cells)
@@ -125,9 +130,16 @@ class Session:
             paths.append(segments_of(walk, event))
             self.legend = legend(walk, event)
         if paths:
-            overlay.set_paths(*(np.concatenate(parts) for parts in zip(*paths)))
+            overlay.set_lines(overlay.RAY, *(np.concatenate(parts) for parts in zip(*paths)))
         else:
-            overlay.set_paths(None)
+            overlay.set_lines(overlay.RAY, None)
+
+    def show_exhibit(self, context: bpy.types.Context) -> None:
+        """Draw the frame that the panel asks for; one that has still to be made starts a job."""
+        drawn = self.showcase.draw(context.scene.accelscope.exhibits)
+        # The job that is under way may be another one: the panel has a button to try again.
+        if not drawn and jobs.running() is None:
+            bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
 
     def _walk(self) -> Walk:
         from ..core.evaluation.ray_path import Walk
@@ -143,7 +155,7 @@ class Session:
 
     def _clear_paths(self) -> None:
         self._forget_paths()
-        overlay.set_paths(None)
+        overlay.set_lines(overlay.RAY, None)
 
     def _forget_paths(self) -> None:
         self.step_index, self.steps, self.legend = -1, None, []
@@ -154,6 +166,7 @@ class Session:
         if self.built is not None:
             overlay.disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
+        self.showcase = Showcase()
         self.watched, self.undone = [], False
         self._forget_paths()
 

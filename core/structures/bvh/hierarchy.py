@@ -8,11 +8,13 @@ volume is put around each group (:mod:`.fit`).
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Any
 
 import numpy as np
 
 from ...geometry.box import Boxes, boxes_of, surface_area
+from ...geometry.kdop import KDOPs
 from ...geometry.rays import ULPS
 from ...geometry.triangle import triangles_of
 from ...geometry.volume import MOST_STRIPS
@@ -21,15 +23,23 @@ from ...progress import SILENT, Progress
 from ...scene import Scene
 from ..cells import Cells
 from ..contract import STACK_SIZE, Statistics, Structure
+from ..exhibits import Exhibit
 from .builders import BUILDERS
-from .collapse import LeafRule, collapse
-from .fit import fit_all
+from .collapse import LeafRule, collapse, total_cost
+from .efficiency import Efficiency, hierarchy_efficiency
+from .exhibits import exhibits_of
+from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
+from .overlap import sibling_overlap
+from .rearranging import Rearrangement
 from .settings import BVHSettings
 from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
 from .wide import WideTree, widened
 from .wide_walk import WIDE_STACK_SIZE, Wide
+
+MOST_SHAPES = 20_000
+"""Volumes that are drawn in their shape, if they are not boxes."""
 
 
 class BVH(Structure):
@@ -39,8 +49,8 @@ class BVH(Structure):
     ----------
     pieces : Pieces or None
         The parts of triangles that references stand for, if not for whole ones.
-    costs : list of float
-        SAH cost before the first step of the optimiser and after each.
+    rearrangement : Rearrangement or None
+        What the optimiser did, if there is one.
     figures : dict
         What else there is to say about this tree.
     """
@@ -52,7 +62,7 @@ class BVH(Structure):
 
     arrays: Binary | Wide
     pieces: Pieces | None
-    costs: list[float]
+    rearrangement: Rearrangement | None
     figures: dict[str, Any]
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
@@ -75,9 +85,9 @@ class BVH(Structure):
     def build(cls, scene: Scene, settings: BVHSettings, progress: Progress = SILENT) -> BVH:
         """Group the triangles, rearrange the tree, fit the volumes."""
         cls.refuse_too_large(scene, settings)
-        grouping, costs = group(scene, settings, progress)
+        grouping, rearrangement = group(scene, settings, progress)
         structure = cls(scene, settings, None, triangles_of(scene, grouping.order))
-        structure.pieces, structure.costs = grouping.pieces, costs
+        structure.pieces, structure.rearrangement = grouping.pieces, rearrangement
         structure.figures = grouping.figures
         tree: Tree | WideTree = grouping.tree
         width = np.full(len(tree.size), 2)
@@ -88,17 +98,21 @@ class BVH(Structure):
         if settings.volume == "aabb":
             volumes = Boxes(tree.boxes)
         else:
-            begin, end = ranges_of(tree.first, tree.size, width)
-            corners = structure.triangles.corners
-            if grouping.pieces:
-                corners, offsets = grouping.pieces
-                begin, end = offsets[begin], offsets[end]
-            volumes = fit_all(settings.volume, corners, begin, end, progress)
+            ranges = ranges_of(tree.first, tree.size, width)
+            volumes = fit_all(settings.volume, *structure.referred(*ranges), progress)
         if isinstance(tree, WideTree):
             structure.arrays = Wide(volumes, tree.first, tree.size, tree.width)
         else:
             structure.arrays = Binary(volumes, tree.first, tree.size)
         return structure
+
+    def referred(
+        self, begin: np.ndarray, end: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return triangles, and the ranges of them that ranges of references stand for."""
+        if self.pieces is None:
+            return self.triangles.corners, begin, end
+        return self.pieces.corners, self.pieces.offsets[begin], self.pieces.offsets[end]
 
     def width(self) -> np.ndarray:
         """Return how many children every node has, (n_nodes,) int."""
@@ -111,16 +125,54 @@ class BVH(Structure):
         return depths_of(self.arrays.first, self.arrays.size, self.width())
 
     def cells(self) -> Cells:
-        """Return the volumes of all nodes; a cell's number is its node."""
-        count = self.arrays.size
-        return Cells.sorted_by_depth(self.arrays.volumes.boxes(), self.depths(), count > 0, count)
+        """Return the volumes of all nodes; a cell's number is its node.
+
+        Of volumes that are not boxes, the MOST_SHAPES nodes nearest to the root come as they are,
+        the others as boxes around them: a million 26-DOPs would take three gigabytes.
+        """
+        volumes, count, depth = self.arrays.volumes, self.arrays.size, self.depths()
+        boxes, is_leaf = volumes.boxes(), count > 0
+        efficiency = self.efficiency()
+        extra = {
+            "gain": efficiency.gain,
+            "expected_gain": efficiency.expected_gain,
+            "overlap": self.overlap(),
+        }
+        if isinstance(volumes, Boxes):
+            return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra)
+        shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
+        faces = volumes.polygons(shaped)
+        faces = faces._replace(owners=shaped[faces.owners])
+        return Cells.sorted_by_depth(
+            boxes, depth, is_leaf, count, extra, faces=faces, areas=self.areas
+        )
+
+    @functools.cached_property
+    def areas(self) -> np.ndarray:
+        """Surface areas of all volumes, (n_nodes,)."""
+        return self.arrays.volumes.areas()
+
+    def efficiency(self) -> Efficiency:
+        """Return whether each node pays, by the lecture's inequality."""
+        return hierarchy_efficiency(
+            self.areas, self.arrays.first, self.arrays.size, self.width(),
+            self.settings.C_trav, self.settings.C_isect,
+        )  # fmt: skip
+
+    def overlap(self) -> np.ndarray:
+        """Return how much the children of each node overlap, (n_nodes,); 0 for leaves."""
+        return sibling_overlap(self.arrays.volumes.boxes(), self.arrays.first, self.width())
 
     def statistics(self) -> Statistics:
         """Return the figures of the tree; areas are those of the volumes themselves."""
         count = self.arrays.size
-        areas = self.arrays.volumes.areas()
+        areas = self.areas
+        is_inner, efficiency = count == 0, self.efficiency()
         extra = self.figures | {
-            "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0])
+            "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0]),
+            "overlap": float(self.overlap()[is_inner].mean()) if is_inner.any() else 0.0,
+            "nodes_not_paying": int((efficiency.gain[is_inner] <= 0.0).sum()),
+            "nodes_not_paying_expected": int((efficiency.expected_gain[is_inner] <= 0.0).sum()),
         }
         return Statistics.of_cells(
             areas, count > 0, count, self.depths(), float(areas[0]),
@@ -136,11 +188,14 @@ class BVH(Structure):
         size = WIDE_STACK_SIZE if isinstance(self.arrays, Wide) else STACK_SIZE
         return VolumeWorkspace(np.empty(size, np.int32), np.empty(size), np.empty((MOST_STRIPS, 3)))
 
+    def exhibits(self) -> list[Exhibit]:
+        """Return what there is to show of the tree and of how it was built."""
+        return exhibits_of(self)
+
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
         violations = []
-        first, count = self.arrays.first, self.arrays.size
-        boxes = self.arrays.volumes.boxes()
+        volumes, first, count = self.arrays.volumes, self.arrays.first, self.arrays.size
         leaves = np.flatnonzero(count > 0)
         covered = np.concatenate([np.arange(first[n], first[n] + count[n]) for n in leaves])
         ids = self.triangles.ids
@@ -149,49 +204,67 @@ class BVH(Structure):
         if not np.array_equal(np.unique(ids), np.arange(len(self.scene))):
             violations.append("a triangle is referenced nowhere")
         inner = np.flatnonzero(count == 0)
-        width = self.width()[inner]
+        widths = self.width()
+        width = widths[inner]
         rank = np.arange(width.sum()) - np.repeat(np.cumsum(width) - width, width)
         children = np.repeat(first[inner], width) + rank
         if not np.array_equal(np.sort(children), np.arange(1, len(count))):
             violations.append("a node has no parent or several")
-        elif len(inner):
-            starts = np.cumsum(width) - width
+        elif isinstance(volumes, Boxes | KDOPs) and (
+            not volumes.contain(np.repeat(inner, width), children).all()
+        ):
+            violations.append("a node does not contain a child")
+        if isinstance(volumes, Boxes) and len(inner) and not violations:
+            boxes, starts = volumes.rows, np.cumsum(width) - width
             union_low = np.minimum.reduceat(boxes[children, :3], starts)
             union_high = np.maximum.reduceat(boxes[children, 3:], starts)
             if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
                 violations.append("a node's box is not the union of its children's")
-        if violations:
-            return violations
-        leaf_boxes = boxes[np.repeat(leaves, count[leaves])]
-        if not covers(self.scene.triangles, ids[covered], leaf_boxes):
-            violations.append("a triangle sticks out of its leaves")
+        if not violations:
+            outsiders = sticking_out(volumes, *self.referred(*ranges_of(first, count, widths)))
+            if len(outsiders):
+                violations.append(f"triangles stick out of {len(outsiders)} nodes")
+        if self.pieces is not None and not violations:
+            own = boxes_of(self.pieces.corners)
+            starts = self.pieces.offsets[:-1]
+            low = np.minimum.reduceat(own[:, :3], starts)
+            high = np.maximum.reduceat(own[:, 3:], starts)
+            if not covers(self.scene.triangles, ids, np.concatenate([low, high], axis=1)):
+                violations.append("the pieces of a triangle do not cover it")
         return violations
 
 
-def group(scene: Scene, settings: BVHSettings, progress: Progress) -> tuple[Grouping, list[float]]:
+def group(
+    scene: Scene, settings: BVHSettings, progress: Progress
+) -> tuple[Grouping, Rearrangement | None]:
     """Group the triangles of a scene as the settings say.
 
-    An optimiser works on single triangles, and leaves are chosen by cost afterwards.
+    An optimiser works on single triangles, and leaves are chosen by cost afterwards. Where these
+    leaves make the tree dearer than the one that was rearranged, that one stays.
 
     Returns
     -------
     grouping : Grouping
-    costs : list of float
-        What the optimiser returned.
+    rearrangement : Rearrangement or None
+        What the optimiser did.
     """
     build = BUILDERS[settings.builder][1]
     optimise = OPTIMISERS[settings.optimise][1]
     primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
     if optimise is None:
-        return build(primitives, settings, progress), []
+        return build(primitives, settings, progress), None
     grouping = build(primitives, dataclasses.replace(settings, max_leaf_size=1), progress)
     tree = linked(grouping.tree)
-    costs = optimise(tree, settings, progress)
     rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
-    collapsed, order = collapse(tree, rule)
+    as_built = collapse(tree, rule)
+    rearrangement = optimise(tree, settings, progress)
+    rearranged = collapse(tree, rule)
+    pays = total_cost(rearranged[0], rule) <= total_cost(as_built[0], rule)
+    collapsed, order = rearranged if pays else as_built
+    figures = grouping.figures | rearrangement.figures() | {"optimise_pays": pays}
     # A reference that a leaf holds now was number order[i] for the builder.
     pieces = reordered(grouping.pieces, order)
-    return Grouping(collapsed, grouping.order[order], pieces, grouping.figures), costs
+    return Grouping(collapsed, grouping.order[order], pieces, figures), rearrangement
 
 
 WEIGHTS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4.0
