@@ -25,10 +25,11 @@ import numpy as np
 
 from ...geometry.box import area_of
 from ...kernels import inner
+from .top_down import axis_at
 
-SPATIAL, OBJECT = np.int64(0), np.int64(6)
-"""Kinds of splits, and where in a node's bounds (12,) the interval is that is cut into bins: that
-of the box, and that of the references' centroids, doubled."""
+SPATIAL, OBJECT = np.int64(0), np.int64(1)
+"""Kinds of splits, and which row of a node's bounds has the box that is cut into bins: that around
+the references, or that around their centroids (:func:`.top_down.enclose_boxes`)."""
 
 LEFT, RIGHT, BOTH = np.int64(0), np.int64(1), np.int64(2)
 """Where a reference goes, and rows of `Bins.parts`: of the reference that is being chopped."""
@@ -174,25 +175,9 @@ def chop(corners, slack, triangle, boxes, row, axis, plane, parts):
 
 
 @inner
-def enclose(boxes, first, count, bounds):
-    """Write into `bounds` the box around boxes, then that around their centroids (doubled)."""
-    for axis in range(3):
-        low, high, low_c, high_c = np.inf, -np.inf, np.inf, -np.inf
-        for i in range(first, first + count):
-            a, b = boxes[i, axis], boxes[i, 3 + axis]
-            low = a if a < low else low
-            high = b if b > high else high
-            c = a + b
-            low_c = c if c < low_c else low_c
-            high_c = c if c > high_c else high_c
-        bounds[axis], bounds[3 + axis] = low, high
-        bounds[6 + axis], bounds[9 + axis] = low_c, high_c
-
-
-@inner
 def scale_of(bounds, kind, axis, used):
     """Return bins per unit of length across a node; 0 if it has no extent to speak of."""
-    extent = bounds[kind + 3 + axis] - bounds[kind + axis]
+    extent = bounds[kind, 3 + axis] - bounds[kind, axis]
     scale = used * (1.0 - 1e-6) / extent if extent > 0.0 else 0.0
     return scale if scale < np.inf else 0.0
 
@@ -236,7 +221,7 @@ def fill_bins(references, first, count, kind, axis, low, scale, used, bins):
 
 
 @inner
-def best_split(references, first, count, room, kind, bounds, used, bins, best_cost):
+def best_split(references, first, count, room, kind, bounds, used, bins, limits, depth, best_cost):
     """Return the cheapest of 3 (used - 1) planes; the boxes of both sides go to SIDES.
 
     A spatial split may leave all references on both sides: of diagonal ones, each has a quarter of
@@ -248,10 +233,12 @@ def best_split(references, first, count, room, kind, bounds, used, bins, best_co
         References that there may be in the children together.
     kind : int
         OBJECT or SPATIAL.
-    bounds : (12,) float64
-        Of the node, see :func:`enclose`.
+    bounds : (2, 6) float64
+        Of the node, see :data:`OBJECT`.
     used : int
         How many bins.
+    limits, depth
+        Decide the order of the axes (:func:`.top_down.axis_at`).
     best_cost : float
         Only cheaper ones count.
 
@@ -268,11 +255,12 @@ def best_split(references, first, count, room, kind, bounds, used, bins, best_co
     """
     best_axis, best_bin, best_left, best_right = -1, 0, 0, 0
     parts = bins.parts
-    for axis in range(3):
+    for turn in range(3):
+        axis = axis_at(limits, depth, turn)
         scale = scale_of(bounds, kind, axis, used)
         if scale == 0.0:
             continue
-        fill_bins(references, first, count, kind, axis, bounds[kind + axis], scale, used, bins)
+        fill_bins(references, first, count, kind, axis, bounds[kind, axis], scale, used, bins)
         # From the right.
         clear(parts, RIGHT)
         for b in range(used - 1, 0, -1):
@@ -293,6 +281,8 @@ def best_split(references, first, count, room, kind, bounds, used, bins, best_co
                 best_cost = cost
                 copy(parts, SIDES + LEFT, parts, LEFT)
                 copy(parts, SIDES + RIGHT, bins.boxes, used + b)
+        if limits.in_turn and best_axis >= 0:
+            break
     return best_axis, best_bin, best_left, best_right, best_cost
 
 
@@ -354,7 +344,7 @@ def divide(references, first, count, kind, bounds, axis, last_left, n_left, n_ri
         Where it is.
     """
     triangle, boxes, parts = references.triangle, references.boxes, bins.parts
-    low, scale = bounds[kind + axis], scale_of(bounds, kind, axis, used)
+    low, scale = bounds[kind, axis], scale_of(bounds, kind, axis, used)
     plane = low + (last_left + 1) / scale
     i, j, end = first, first + count, first + count
     while i < j:
