@@ -70,21 +70,6 @@ class LinkedTree(NamedTuple):
     parent: np.ndarray
 
 
-class Pieces(NamedTuple):
-    """The parts of triangles that references stand for, where a triangle has several.
-
-    Attributes
-    ----------
-    corners : (m, 3, 3) float64
-        Each part as triangles, in the order of the references.
-    offsets : (n_references + 1,) int64
-        Reference i has ``corners[offsets[i]:offsets[i + 1]]``.
-    """
-
-    corners: np.ndarray
-    offsets: np.ndarray
-
-
 class Splits(NamedTuple):
     """The planes by which a tree was built from the top down.
 
@@ -112,8 +97,8 @@ class Grouping:
     order : (n_references,) int32
         The triangle of each reference. A leaf's references follow each other, and those of every
         subtree do, too.
-    pieces : Pieces, optional
-        None if every reference stands for its whole triangle.
+    parts : (n_references, 6) float64, optional
+        Box of the part of its triangle that each reference stands for; None if it is the whole one.
     figures : dict
         Figures of this builder only, for the statistics.
     splits : Splits, optional
@@ -122,7 +107,7 @@ class Grouping:
 
     tree: Tree
     order: np.ndarray
-    pieces: Pieces | None = None
+    parts: np.ndarray | None = None
     figures: dict[str, Any] = field(default_factory=dict)
     splits: Splits | None = None
 
