@@ -32,7 +32,7 @@ from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
 from .overlap import sibling_overlap
 from .settings import BVHSettings
-from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_of
+from .tree import Grouping, Pieces, Primitives, Splits, Tree, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
 from .wide import WideTree, widened
 from .wide_walk import WIDE_STACK_SIZE, Wide
@@ -52,6 +52,8 @@ class BVH(Structure):
         SAH cost before the first step of the optimiser and after each.
     figures : dict
         What else there is to say about this tree.
+    splits : Splits or None
+        The planes that inner nodes were split by, if the tree is as the builder made it.
     """
 
     name = "bvh"
@@ -63,6 +65,7 @@ class BVH(Structure):
     pieces: Pieces | None
     costs: list[float]
     figures: dict[str, Any]
+    splits: Splits | None
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
     BYTES_PER_REFERENCE = 230
@@ -88,6 +91,7 @@ class BVH(Structure):
         structure = cls(scene, settings, None, triangles_of(scene, grouping.order))
         structure.pieces, structure.costs = grouping.pieces, costs
         structure.figures = grouping.figures
+        structure.splits = grouping.splits if settings.arity == "2" else None
         tree: Tree | WideTree = grouping.tree
         width = np.full(len(tree.size), 2)
         if settings.arity != "2":
@@ -137,6 +141,8 @@ class BVH(Structure):
             "expected_gain": efficiency.expected_gain,
             "overlap": self.overlap(),
         }
+        if self.splits is not None:
+            extra |= self.splits.of_nodes(self.arrays)
         if isinstance(volumes, Boxes):
             return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra)
         shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
