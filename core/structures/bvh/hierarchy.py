@@ -36,7 +36,7 @@ from .overlap import sibling_overlap
 from .pieces import pieces_of
 from .rearranging import Rearrangement
 from .settings import BVHSettings
-from .tree import Grouping, Primitives, Tree, depths_of, linked, ranges_of
+from .tree import Grouping, Primitives, Splits, Tree, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
 from .wide import WideTree, widened
 from .wide_walk import WIDE_STACK_SIZE, Wide
@@ -58,6 +58,8 @@ class BVH(Structure):
         What else there is to say about this tree.
     history : sequence of Moment
         The animation over which the tree was refitted, if it was.
+    splits : Splits or None
+        The planes that inner nodes were split by, if the tree is as the builder made it.
     """
 
     name = "bvh"
@@ -70,6 +72,7 @@ class BVH(Structure):
     rearrangement: Rearrangement | None
     figures: dict[str, Any]
     history: Sequence[Moment] = ()
+    splits: Splits | None
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
     BYTES_PER_REFERENCE = 230
@@ -95,6 +98,7 @@ class BVH(Structure):
         structure = cls(scene, settings, None, triangles_of(scene, grouping.order))
         structure.parts, structure.rearrangement = grouping.parts, rearrangement
         structure.figures = grouping.figures
+        structure.splits = grouping.splits if settings.arity == "2" else None
         tree: Tree | WideTree = grouping.tree
         width = np.full(len(tree.size), 2)
         if settings.arity != "2":
@@ -145,6 +149,8 @@ class BVH(Structure):
             "expected_gain": efficiency.expected_gain,
             "overlap": self.overlap(),
         }
+        if self.splits is not None:
+            extra |= self.splits.of_nodes(self.arrays)
         if isinstance(volumes, Boxes):
             return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra)
         shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]

@@ -81,10 +81,23 @@ class Splits(NamedTuple):
     axis : (n_references,) int8
         -1 where a node was split by index, and where there is no split.
     position : (n_references,) float64
+    cost : (n_references,) float64
+        Cost(V -> {L, R}); 0 where a node was split by index.
     """
 
     axis: np.ndarray
     position: np.ndarray
+    cost: np.ndarray
+
+    def of_nodes(self, tree: Any) -> dict[str, np.ndarray]:
+        """Return all three for each node of a binary tree, by name; -1, 0 and 0 for leaves."""
+        inner = np.flatnonzero(tree.size == 0)
+        begin, _ = ranges_of(tree.first, tree.size, np.full(len(tree.size), 2))
+        cuts = begin[tree.first[inner] + 1]
+        axis = np.full(len(tree.size), -1, np.int32)
+        position, cost = np.zeros(len(tree.size)), np.zeros(len(tree.size))
+        axis[inner], position[inner], cost[inner] = (values[cuts] for values in self)
+        return {"split_axis": axis, "split_position": position, "split_cost": cost}
 
 
 @dataclass(frozen=True)
