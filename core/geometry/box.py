@@ -10,19 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-<<<<<<< HEAD
 from ..kernels import call, implements, inlined, inner, kernel
+from ..outlines import corners_of
 from ..parallel import Team
 from ..progress import SILENT
-from .volume import MISS, enter, fit, prepare
-=======
-from ..kernels import implements, inlined, inner
-from ..outlines import corners_of
 from .affine import checked, moved, rounding
 from .half_spaces import every_other
 from .polygons import Polygons, sides_of
 from .volume import MISS, fit, outside, prepare, span
->>>>>>> issue4
 
 
 @inlined
