@@ -7,13 +7,14 @@ import threading
 import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of
+from accelscope.core.kernels import call
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVHSettings, hlbvh, lbvh, lbvh_parallel, morton
 from accelscope.core.structures.bvh import radix_sort as radix
 from accelscope.core.structures.bvh.builders import BUILDERS
-from accelscope.core.structures.bvh.tree import Primitives, depths_of, ranges_of
+from accelscope.core.structures.bvh.tree import Primitives, ranges_of
 from accelscope.core.structures.contract import MAXIMUM_DEPTH
 from accelscope.sample_scenes import make_sample
 
@@ -265,17 +266,27 @@ def test_one_treelet_is_lbvh(lab, monkeypatch):
             assert np.array_equal(mine, theirs)
 
 
-def test_a_deep_upper_tree_is_balanced(monkeypatch):
-    """Ever smaller triangles towards a corner: by cost, one after the other is cut off."""
-    sizes = 2.0 ** -np.arange(5)
-    triangles = np.concatenate([cubes(lattice(1) * 2.0) * s for s in sizes])
+@pytest.mark.parametrize("count", [1, 2, 5, 40, 64])
+def test_the_upper_tree_is_as_deep_as_it_may_be(count):
+    """Ever smaller boxes towards a point: by cost, the largest are cut off one after the other."""
     depths = {}
-    for deepest in (96, 24):
-        monkeypatch.setattr(hlbvh, "MAXIMUM_DEPTH", deepest)
-        tree = grouping_of("hlbvh", triangles, morton_bits="30", max_leaf_size=1).tree
-        depths[deepest] = depths_of(tree.first, tree.size, np.where(tree.size > 0, 0, 2)).max()
-    treelets = len(np.unique(sizes)) * 8
-    assert depths[24] <= 15 + np.ceil(np.log2(treelets)) + 1
+    for deepest in (6, 62):
+        low = 0.25 ** np.arange(count)[:, None] * np.ones(3)
+        boxes = np.random.default_rng(count).permutation(np.concatenate([low, 2 * low], axis=1))
+        treelets = hlbvh.make_treelets(boxes, np.arange(count), np.full(count, 3))
+        tree = lbvh.make_intervals(3 * count)
+        upper, scratch = np.empty(count - 1, np.int64), hlbvh.make_scratch(16)
+        call(hlbvh.build_top, tree, treelets, deepest, upper, scratch)
+        assert np.array_equal(np.sort(treelets.number), np.arange(count))
+        assert np.array_equal(treelets.boxes, boxes[treelets.number])
+        assert np.array_equal(tree.begin[treelets.node], 3 * np.arange(count))
+        depth = {0: 0}
+        for node in upper.tolist():
+            depth[tree.first[node]] = depth[tree.first[node] + 1] = depth[node] + 1
+        depths[deepest] = max(depth[node] for node in treelets.node.tolist())
+    assert depths[6] <= 6
+    if count >= 40:
+        assert depths[62] > 10
 
 
 # ------------------------------------------------------------------------------------ closed forms
