@@ -24,6 +24,9 @@ SHELL = 1e-12
 """How much is left beyond a half-space, relative to the polyhedron's size: rounding may not take
 away the faces of a flat one."""
 
+SAME = 1.0 - 1e-12
+"""Cosine between normals that are the same."""
+
 THIN = 1e-9
 """Faces below this share of the polyhedron's size squared are not drawn."""
 
@@ -108,7 +111,11 @@ def cut_face(planes, face, neighbours, middle, size, shell, room):
         other = neighbours[i]
         if other < 0 or count == 0:
             break
-        row, count = cut_polygon(planes[other], shell, room, row, count)
+        # Of two half-spaces that are the same, as members of an intersection may have, the second
+        # has no face: the first cuts even what lies in its plane.
+        a, b = planes[face], planes[other]
+        is_same = other < face and a[0] * b[0] + a[1] * b[1] + a[2] * b[2] > SAME
+        row, count = cut_polygon(b, -shell if is_same else shell, room, row, count)
     return row, count
 
 

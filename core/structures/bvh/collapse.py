@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...geometry.box import area_of
+from ...geometry.box import area_of, surface_area
 from ...kernels import call, inner, kernel
 from ..contract import MAXIMUM_DEPTH
 from .tree import LinkedTree, Tree
@@ -167,6 +167,12 @@ def collapse(tree: LinkedTree, rule: LeafRule) -> tuple[Tree, np.ndarray]:
     stack = np.empty((2 * MAXIMUM_DEPTH + 4, 2), np.int64)
     taken = call(emit, tree, root, below.is_leaf, out, order, stack)
     return Tree(out.boxes[:taken].copy(), out.first[:taken].copy(), out.size[:taken].copy()), order
+
+
+def total_cost(tree: Tree, rule: LeafRule) -> float:
+    """Return the SAH cost of a tree, in units of area."""
+    factors = np.where(tree.size > 0, rule.c_isect * tree.size, rule.c_trav)
+    return float((surface_area(tree.boxes) * factors).sum())
 
 
 def limit_depth(tree: LinkedTree, below: Below) -> None:

@@ -25,12 +25,13 @@ from ..cells import Cells
 from ..contract import STACK_SIZE, Statistics, Structure
 from ..exhibits import Exhibit
 from .builders import BUILDERS
-from .collapse import LeafRule, collapse
+from .collapse import LeafRule, collapse, total_cost
 from .efficiency import Efficiency, hierarchy_efficiency
 from .exhibits import exhibits_of
 from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
 from .overlap import sibling_overlap
+from .rearranging import Rearrangement
 from .settings import BVHSettings
 from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
@@ -48,8 +49,8 @@ class BVH(Structure):
     ----------
     pieces : Pieces or None
         The parts of triangles that references stand for, if not for whole ones.
-    costs : list of float
-        SAH cost before the first step of the optimiser and after each.
+    rearrangement : Rearrangement or None
+        What the optimiser did, if there is one.
     figures : dict
         What else there is to say about this tree.
     """
@@ -61,7 +62,7 @@ class BVH(Structure):
 
     arrays: Binary | Wide
     pieces: Pieces | None
-    costs: list[float]
+    rearrangement: Rearrangement | None
     figures: dict[str, Any]
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
@@ -84,9 +85,9 @@ class BVH(Structure):
     def build(cls, scene: Scene, settings: BVHSettings, progress: Progress = SILENT) -> BVH:
         """Group the triangles, rearrange the tree, fit the volumes."""
         cls.refuse_too_large(scene, settings)
-        grouping, costs = group(scene, settings, progress)
+        grouping, rearrangement = group(scene, settings, progress)
         structure = cls(scene, settings, None, triangles_of(scene, grouping.order))
-        structure.pieces, structure.costs = grouping.pieces, costs
+        structure.pieces, structure.rearrangement = grouping.pieces, rearrangement
         structure.figures = grouping.figures
         tree: Tree | WideTree = grouping.tree
         width = np.full(len(tree.size), 2)
@@ -98,14 +99,14 @@ class BVH(Structure):
             volumes = Boxes(tree.boxes)
         else:
             ranges = ranges_of(tree.first, tree.size, width)
-            volumes = fit_all(settings.volume, *structure._referred(*ranges), progress)
+            volumes = fit_all(settings.volume, *structure.referred(*ranges), progress)
         if isinstance(tree, WideTree):
             structure.arrays = Wide(volumes, tree.first, tree.size, tree.width)
         else:
             structure.arrays = Binary(volumes, tree.first, tree.size)
         return structure
 
-    def _referred(
+    def referred(
         self, begin: np.ndarray, end: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return triangles, and the ranges of them that ranges of references stand for."""
@@ -220,7 +221,7 @@ class BVH(Structure):
             if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
                 violations.append("a node's box is not the union of its children's")
         if not violations:
-            outsiders = sticking_out(volumes, *self._referred(*ranges_of(first, count, widths)))
+            outsiders = sticking_out(volumes, *self.referred(*ranges_of(first, count, widths)))
             if len(outsiders):
                 violations.append(f"triangles stick out of {len(outsiders)} nodes")
         if self.pieces is not None and not violations:
@@ -233,30 +234,37 @@ class BVH(Structure):
         return violations
 
 
-def group(scene: Scene, settings: BVHSettings, progress: Progress) -> tuple[Grouping, list[float]]:
+def group(
+    scene: Scene, settings: BVHSettings, progress: Progress
+) -> tuple[Grouping, Rearrangement | None]:
     """Group the triangles of a scene as the settings say.
 
-    An optimiser works on single triangles, and leaves are chosen by cost afterwards.
+    An optimiser works on single triangles, and leaves are chosen by cost afterwards. Where these
+    leaves make the tree dearer than the one that was rearranged, that one stays.
 
     Returns
     -------
     grouping : Grouping
-    costs : list of float
-        What the optimiser returned.
+    rearrangement : Rearrangement or None
+        What the optimiser did.
     """
     build = BUILDERS[settings.builder][1]
     optimise = OPTIMISERS[settings.optimise][1]
     primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
     if optimise is None:
-        return build(primitives, settings, progress), []
+        return build(primitives, settings, progress), None
     grouping = build(primitives, dataclasses.replace(settings, max_leaf_size=1), progress)
     tree = linked(grouping.tree)
-    costs = optimise(tree, settings, progress)
     rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
-    collapsed, order = collapse(tree, rule)
+    as_built = collapse(tree, rule)
+    rearrangement = optimise(tree, settings, progress)
+    rearranged = collapse(tree, rule)
+    pays = total_cost(rearranged[0], rule) <= total_cost(as_built[0], rule)
+    collapsed, order = rearranged if pays else as_built
+    figures = grouping.figures | rearrangement.figures() | {"optimise_pays": pays}
     # A reference that a leaf holds now was number order[i] for the builder.
     pieces = reordered(grouping.pieces, order)
-    return Grouping(collapsed, grouping.order[order], pieces, grouping.figures), costs
+    return Grouping(collapsed, grouping.order[order], pieces, figures), rearrangement
 
 
 WEIGHTS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4.0

@@ -30,17 +30,16 @@ from ...kernels import call, inner, kernel
 from ...parallel import core_count, for_chunks
 from ...progress import Progress
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
-from .binned_sah import best_split, bin_of, divide, fit
 from .spatial_split import (
-    LEFT,
-    RIGHT,
+    OBJECT,
+    SPATIAL,
     Bins,
     References,
-    best_spatial_split,
-    clear,
-    divide_spatially,
-    grow,
+    best_split,
+    divide,
+    enclose,
     make_bins,
+    overlap_of,
     swap,
 )
 from .tree import Grouping, Pieces, Primitives, Tree, copy_depth_first
@@ -84,46 +83,33 @@ class Growing(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch memory of one building thread."""
+    """Scratch memory of one building thread.
+
+    Attributes
+    ----------
+    bounds : (14,) float64
+        Of the node that was split last: its box, the box around its references' centroids
+        (doubled); if that was a spatial split, across which axis and where.
+    bins : Bins
+    """
 
     bounds: np.ndarray
-    right_costs: np.ndarray
     bins: Bins
-    stack: np.ndarray
 
 
 def make_scratch(bins: int) -> Scratch:
     """Return scratch memory for one thread."""
-    return Scratch(
-        np.empty(12), np.empty(bins), make_bins(bins), np.empty((STACK_SIZE, 5), np.int64)
-    )
+    return Scratch(np.empty(14), make_bins(bins))
 
 
 @inner
-def overlap_of(boxes, first, count, axis, last_left, low, scale, used, bins):
-    """Return the surface area of what the children of an object split have in common.
-
-    Parameters
-    ----------
-    axis, last_left
-        As :func:`.binned_sah.best_split` returned them.
-    """
-    sides = bins.sides
-    clear(sides, LEFT)
-    clear(sides, RIGHT)
-    for i in range(first, first + count):
-        side = LEFT if bin_of(boxes[i], axis, low, scale, used) <= last_left else RIGHT
-        grow(sides, side, boxes, i)
-    common = bins.parts[LEFT]
-    for k in range(3):
-        common[k] = max(sides[LEFT, k], sides[RIGHT, k])
-        common[3 + k] = min(sides[LEFT, 3 + k], sides[RIGHT, 3 + k])
-        if common[k] > common[3 + k]:
-            return 0.0
-    return area_of(common)
+def push(stack, height, node, first, count, room, depth):
+    """Remember a node to split."""
+    stack[height, 0], stack[height, 1], stack[height, 2] = node, first, count
+    stack[height, 3], stack[height, 4] = room, depth
 
 
-@kernel
+@inner
 def split_node(tree, references, node, first, count, room, depth, rule, scratch):
     """Fit a node's box, then split it or make it a leaf.
 
@@ -141,49 +127,38 @@ def split_node(tree, references, node, first, count, room, depth, rule, scratch)
         References of the children; 0 for a leaf.
     left_room : int
         Room of the left child; the right one starts behind it.
-    axis, position
-        Of the plane of a spatial split.
     """
-    boxes, bounds, bins = references.boxes, scratch.bounds, scratch.bins
-    fit(boxes, first, count, bounds)
+    bounds, bins = scratch.bounds, scratch.bins
+    enclose(references.boxes, first, count, bounds)
     for face in range(6):
         tree.boxes[node, face] = bounds[face]
     area = area_of(bounds)
-    axis, last_left, cost = -1, 0, np.inf
-    space_axis, space_bin, n_left, n_right, space_cost = -1, 0, 0, 0, np.inf
-    low, scale = 0.0, 0.0
+    kind, axis, last_left, n_left, n_right, cost = OBJECT, -1, 0, 0, 0, np.inf
     used = min(rule.bins, 4 + count)  # more than references would mostly be empty
     if count > 1 and depth < MAXIMUM_DEPTH // 2:
-        axis, last_left, cost = best_split(
-            boxes, first, count, bounds, used, bins.boxes, bins.starts, scratch.right_costs
+        axis, last_left, n_left, n_right, cost = best_split(
+            references, first, count, OBJECT, bounds, used, bins, np.inf
         )
-        overlap = area
-        if axis >= 0:
-            low = bounds[6 + axis]
-            scale = used * (1.0 - 1e-6) / (bounds[9 + axis] - low)
-            overlap = overlap_of(boxes, first, count, axis, last_left, low, scale, used, bins)
+        overlap = overlap_of(bins.parts) if axis >= 0 else area
         if overlap > rule.least_overlap and room > count:
-            space_axis, space_bin, n_left, n_right, space_cost = best_spatial_split(
-                references, first, count, bounds, used, bins
+            other_axis, other_bin, other_left, other_right, other_cost = best_split(
+                references, first, count, SPATIAL, bounds, used, bins, cost
             )
-    is_spatial = space_cost < cost
-    cost = space_cost if is_spatial else cost
+            if other_axis >= 0:
+                kind, axis, last_left = SPATIAL, other_axis, other_bin
+                n_left, n_right, cost = other_left, other_right, other_cost
     no_gain = rule.c_isect * count * area <= rule.c_trav * area + rule.c_isect * cost
     if count == 1 or (count <= rule.max_leaf_size and no_gain):
         tree.first[node], tree.size[node] = first, count
-        return 0, 0, 0, -1, np.nan
-    position = np.nan
-    if is_spatial:
-        axis = space_axis
-        n_left, n_right, position = divide_spatially(
-            references, first, count, room, bounds, axis, space_bin, n_left, n_right, used, bins
-        )
+        return 0, 0, 0
+    if axis >= 0:
+        n_left, n_right, plane = divide(
+            references, first, count, room, kind, bounds, axis, last_left, n_left, n_right, used,
+            bins,
+        )  # fmt: skip
+        bounds[12], bounds[13] = axis, plane
     else:
-        n_left = count // 2  # where nothing tells them apart: split by index
-        if axis >= 0:
-            n_left = divide(
-                boxes, references.triangle, first, count, axis, last_left, low, scale, used
-            )
+        n_left = count // 2  # nothing tells them apart: split by index
         n_right = count - n_left
     # What is free goes to the children by their sizes. As many of the right ones as the gap is
     # wide go from in front of the others to behind them.
@@ -193,28 +168,30 @@ def split_node(tree, references, node, first, count, room, depth, rule, scratch)
         swap(references, i, i + max(gap, n_right))
     left_room = n_left + gap
     tree.first[node], tree.size[node] = 2 * (first + left_room) - 1, 0
-    tree.cut_depth[node] = depth if is_spatial else -1
-    return n_left, n_right, left_room, axis, position
-
-
-@inner
-def push(stack, height, node, first, count, room, depth):
-    """Remember a node to split."""
-    stack[height, 0], stack[height, 1], stack[height, 2] = node, first, count
-    stack[height, 3], stack[height, 4] = room, depth
+    tree.cut_depth[node] = depth if kind == SPATIAL else -1
+    return n_left, n_right, left_room
 
 
 @kernel
-def build_subtree(tree, references, node, first, count, room, depth, rule, scratch):
-    """Split a node and everything below it, depth-first."""
-    stack = scratch.stack
+def build_subtree(
+    tree, references, node, first, count, room, depth, rule, scratch, stack, only_one
+):
+    """Split a node and everything below it, depth-first; return how many wait on the stack.
+
+    Parameters
+    ----------
+    stack : (STACK_SIZE, 5) int64
+        Rows are as in :class:`Node`.
+    only_one : bool
+        Stop after the first: its children wait, the right one below the left one.
+    """
     push(stack, 0, node, first, count, room, depth)
     height = 1
     while height > 0:
         height -= 1
         node, first, count = stack[height, 0], stack[height, 1], stack[height, 2]
         room, depth = stack[height, 3], stack[height, 4]
-        n_left, n_right, left_room, _, _ = split_node(
+        n_left, n_right, left_room = split_node(
             tree, references, node, first, count, room, depth, rule, scratch
         )
         if n_left > 0:
@@ -222,6 +199,9 @@ def build_subtree(tree, references, node, first, count, room, depth, rule, scrat
             push(stack, height, left + 1, first + left_room, n_right, room - left_room, depth + 1)
             push(stack, height + 1, left, first, n_left, left_room, depth + 1)
             height += 2
+        if only_one:
+            break
+    return height
 
 
 class Node(NamedTuple):
@@ -240,16 +220,14 @@ class Split(NamedTuple):
     Attributes
     ----------
     node, left, right : Node
-    axis : int
-    position : float
-        Of the plane of a spatial split, otherwise NaN.
+    plane : (int, float) or None
+        Axis and position, if it was a spatial split.
     """
 
     node: Node
     left: Node
     right: Node
-    axis: int
-    position: float
+    plane: tuple[int, float] | None
 
 
 class Construction:
@@ -284,26 +262,26 @@ class Construction:
 
     def split(self, node: Node) -> Split | None:
         """Split a node; None if it becomes a leaf."""
-        n_left, n_right, left_room, axis, position = call(
-            split_node, self.tree, self.references, *node, self.rule, self._scratch
-        )
-        if n_left == 0:
+        stack = np.empty((STACK_SIZE, 5), np.int64)
+        if self._build_subtree(node, self._scratch, stack, True) == 0:
             return None
-        number, first, _, room, depth = node
-        left = int(self.tree.first[number])
-        return Split(
-            node,
-            Node(left, first, n_left, left_room, depth + 1),
-            Node(left + 1, first + left_room, n_right, room - left_room, depth + 1),
-            axis,
-            position,
-        )
+        right, left = (Node(*row) for row in stack[:2].tolist())
+        plane = None
+        if self.tree.cut_depth[node.number] >= 0:
+            axis, position = self._scratch.bounds[12:].tolist()
+            plane = int(axis), position
+        return Split(node, left, right, plane)
 
     def finish(self, node: Node) -> int:
         """Split a node and everything below it; return how many references it had."""
-        scratch = make_scratch(self.rule.bins)
-        call(build_subtree, self.tree, self.references, *node, self.rule, scratch)
+        stack = np.empty((STACK_SIZE, 5), np.int64)
+        self._build_subtree(node, make_scratch(self.rule.bins), stack, False)
         return node.count
+
+    def _build_subtree(self, node: Node, scratch: Scratch, stack: np.ndarray, one: bool) -> int:
+        return call(
+            build_subtree, self.tree, self.references, *node, self.rule, scratch, stack, one
+        )
 
 
 def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
