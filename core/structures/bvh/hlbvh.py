@@ -61,6 +61,14 @@ class Scratch(NamedTuple):
     stack: np.ndarray
 
 
+def make_scratch(bins: int) -> Scratch:
+    """Return scratch memory."""
+    return Scratch(
+        np.empty((bins + 1, 6)), np.empty(bins, np.int64), np.empty(bins),
+        np.empty((STACK_SIZE, 4), np.int64),
+    )  # fmt: skip
+
+
 @inner
 def empty(box):
     """Make a box, (6,), contain nothing."""
@@ -204,10 +212,7 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
         levels = bits - TREELET_BITS + int(sizes.max()).bit_length()
         tree = make_intervals(len(codes))
         upper = np.empty(len(starts) - 1, np.int64)
-        scratch = Scratch(
-            np.empty((settings.bins + 1, 6)), np.empty(settings.bins, np.int64),
-            np.empty(settings.bins), np.empty((STACK_SIZE, 4), np.int64),
-        )  # fmt: skip
+        scratch = make_scratch(settings.bins)
         deepest = min(MAXIMUM_DEPTH - levels, 62)  # a power of two of that is still a number
         call(build_top, tree, treelets, deepest, upper, scratch)
         # The treelets are in another order now; their references follow them.
