@@ -29,13 +29,16 @@ T = TypeVar("T")
 INT_LIMIT = 2**31 - 1
 FLOAT_LIMIT = float(np.finfo(np.float32).max)
 
-ACRONYMS = ("sah", "fifo")
-"""Choices that are written in capitals."""
+ACRONYMS = "aabb", "fifo", "hlbvh", "lbvh", "obb", "ploc", "sah", "sbvh", "str"
+"""Words of choices that are written in capitals."""
 
 
 def name_of(key: str) -> str:
-    """Return what a choice is called in the panel."""
-    return key.upper() if key in ACRONYMS else key.replace("_", " ").capitalize()
+    """Return what a choice is called in the panel: ``"binned_sah"`` is ``"Binned SAH"``."""
+    if key.startswith("kdop"):
+        return f"{key.removeprefix('kdop')}-DOP"
+    words = key.replace("rtree", "R-tree").capitalize().split("_")
+    return " ".join(word.upper() if word.lower() in ACRONYMS else word for word in words)
 
 
 def property_of(field: dataclasses.Field) -> Any:
