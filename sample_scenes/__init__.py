@@ -9,7 +9,17 @@ from __future__ import annotations
 from ..core.errors import InputError
 from ..core.scene import Scene
 from ..core.settings import parse, parse_spec
-from . import bunny, mount, nonuniform, sombrero, soup, suzanne, teapot_in_stadium, tetra
+from . import (
+    bunny,
+    mount,
+    nonuniform,
+    sah_example,
+    sombrero,
+    soup,
+    suzanne,
+    teapot_in_stadium,
+    tetra,
+)
 from .sample import Sample
 
 __all__ = ["Sample", "make_sample", "sample_named", "samples"]
@@ -26,6 +36,7 @@ def samples() -> dict[str, Sample]:
         sombrero.SAMPLE,
         soup.SAMPLE,
         nonuniform.SAMPLE,
+        sah_example.SAMPLE,
     )
     return {sample.name: sample for sample in table}
 

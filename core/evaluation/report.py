@@ -111,6 +111,8 @@ FIGURES: tuple[Figure, ...] = (
     ("Structure", "Oblique planes", ("statistics", "oblique_planes"), show_integer),
     ("Structure", "Faces per leaf", ("statistics", "faces_per_leaf"), show_number),
     ("Structure", "Mean distance of empty cells", ("statistics", "mean_distance"), show_number),
+    ("Structure", "Overlap of siblings", ("statistics", "overlap"), show_number),
+    ("Structure", "Nodes that do not pay", ("statistics", "nodes_not_paying"), show_integer),
     ("Structure", "SAH cost", ("statistics", "sah"), show_number),
     ("Structure", "C_trav", ("statistics", "sah_constants", "C_trav"), show_number),
     ("Structure", "C_isect", ("statistics", "sah_constants", "C_isect"), show_number),

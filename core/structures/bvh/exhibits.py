@@ -10,11 +10,24 @@ import numpy as np
 from ...colours import INNER_COLOUR, depth_colours
 from ...outlines import wires_of
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
+from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
+from .exhibits_split_plane import split_planes
 
 if TYPE_CHECKING:
     from ...outlines import Wires
     from ..cells import Cells
     from .hierarchy import BVH
+
+
+def exhibits_of(bvh: BVH) -> list[Exhibit]:
+    """Return what there is to show of a hierarchy and of how it was built."""
+    return [
+        levels(bvh),
+        split_planes(bvh),
+        nodes_not_paying(bvh),
+        overlapping_siblings(bvh),
+    ]
+
 
 FAINT = 0.35
 """Opacity of what is not the subject of a frame."""

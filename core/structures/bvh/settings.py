@@ -14,7 +14,7 @@ TOP_DOWN = (
     "spatial_median", "object_median", "sweep_sah", "binned_sah", "parallel_sah", "sbvh"
 )  # fmt: skip
 BINNED = "binned_sah", "parallel_sah", "hlbvh", "sbvh"
-MORTON = "lbvh", "hlbvh", "ploc"
+MORTON = "lbvh", "lbvh_parallel", "hlbvh", "ploc"
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,16 @@ class BVHSettings:
         "Length of Morton codes",
         choices={"30": "10 bits per axis", "63": "21 bits per axis"},
         only_for={"builder": MORTON},
+    )
+    rtree_split: str = setting(
+        "quadratic",
+        "R-tree Split",
+        "How a full node of an R-tree is shared out between two",
+        choices={
+            "quadratic": "The pair that wastes most surface apart, the most decided entry next",
+            "linear": "The pair farthest apart along an axis, then the others as they come",
+        },
+        only_for={"builder": ("rtree_insert",)},
     )
     duplication: float = setting(
         2.0,
