@@ -33,7 +33,6 @@ from guide import (
 )
 from session import Steps
 
-
 PREVIOUS, NEXT = 0.82, 0.88
 """Where the buttons behind the frame are, as shares of the sidebar's width."""
 
@@ -189,6 +188,32 @@ def every_exhibit() -> Steps:
                 note(f"seconds {exhibit.name}", round(time.monotonic() - started, 2))
         bvh.property_unset(setting)
     group().show = False
+
+
+@session.step
+def split_plane() -> Steps:
+    """The slide "SAH decision": the plane follows the slider, and the figures follow the plane."""
+    sample("sah_example")
+    bpy.ops.accelscope.build()
+    group = settings().split_plane
+    settings().display.show = False
+    yield from open_panel("split_plane.show")
+    yield from session.press("split_plane.show", across=HEADER)
+    assert group.show
+    x, y = yield from session.find("split_plane.position")
+    yield from session.drag((x, y), (x + 40, y))
+    assert group.position > 0.5
+    over_viewport()
+    yield 0.5
+    station("split-plane-dragged")
+    group.position = 71 / 81 + 1e-5
+    yield 0.5
+    station("split-plane-III")
+    assert dict(results().split_view.rows)["N_L"] == "12"
+    assert changed(taken["split-plane-dragged"], taken["split-plane-III"]) > 500
+    group.show = False
+    settings().display.show = True
+    sample("suzanne")
 
 
 @session.step
