@@ -22,7 +22,7 @@ from ..core.files import load_mesh_file
 from ..core.kernels import HAS_NUMBA
 from ..core.progress import SILENT, TerminalProgress
 from ..core.scene import Scene
-from ..core.settings import describe, parse, parse_spec
+from ..core.settings import describe, only_for_in_words, parse, parse_spec, without_effect
 from ..core.structures import structure_named, structures
 from ..core.structures.contract import Structure
 from ..sample_scenes import make_sample, samples
@@ -165,7 +165,10 @@ def list_text() -> str:
             lines.append(f"  {name}: {entry.summary}")
             for row in describe(entry.Settings):
                 assignment = f"{row['key']}={row['default_text']}"
-                lines.append(f"      {assignment}  {row['description']}; {row['takes']}")
+                text = f"{row['description']}; {row['takes']}"
+                if "only_for" in row:
+                    text += f"; {only_for_in_words(row['only_for'])}"
+                lines.append(f"      {assignment}  {text}")
         lines.append("")
     return "\n".join(lines).rstrip()
 
@@ -199,8 +202,13 @@ def open_scene(argument: str) -> Scene:
     return load_mesh_file(argument)
 
 
-def structure_specs(texts: Sequence[str]) -> list[tuple[type[Structure], Any]]:
-    """Return (structure, settings) for the texts of ``--structure``; ``all`` is every structure."""
+def structure_specs(
+    texts: Sequence[str], note: Callable[[str], None]
+) -> list[tuple[type[Structure], Any]]:
+    """Return (structure, settings) for the texts of ``--structure``; ``all`` is every structure.
+
+    Settings that change nothing are noted.
+    """
     chosen: list[tuple[type[Structure], Any]] = []
     for text in texts:
         name, values = parse_spec(text)
@@ -210,7 +218,11 @@ def structure_specs(texts: Sequence[str]) -> list[tuple[type[Structure], Any]]:
             chosen += [(entry, entry.Settings()) for entry in structures().values()]
             continue
         entry = structure_named(name)
-        chosen.append((entry, parse(entry.Settings, values, f"structure {name}")))
+        where = f"structure {name}"
+        settings: Any = parse(entry.Settings, values, where)
+        for sentence in without_effect(settings, values, where):
+            note(sentence)
+        chosen.append((entry, settings))
     return chosen
 
 
@@ -232,8 +244,13 @@ def evaluate_all(arguments: argparse.Namespace, open_file: Callable[[], Scene] |
     InputError
         For whatever is wrong with the arguments, the scenes or the places to write to.
     """
+
+    def note(text: str) -> None:
+        if not arguments.quiet:
+            print(f"accelscope: {text}", file=sys.stderr)
+
     # Everything that can be refused is looked at before the first long computation.
-    chosen_structures = structure_specs(arguments.structure)
+    chosen_structures = structure_specs(arguments.structure, note)
     chosen_workloads = workload_specs(arguments.rays)
     refuse_bad_threads(arguments.threads)
     if not arguments.scenes and open_file is None:
@@ -260,8 +277,8 @@ def evaluate_all(arguments: argparse.Namespace, open_file: Callable[[], Scene] |
     from ..core.evaluation.report import table, to_json_text, write_csv, write_text
 
     progress = SILENT if arguments.quiet else TerminalProgress()
-    if not HAS_NUMBA and not arguments.quiet:
-        print("accelscope: no Numba here: kernels run as slow plain Python", file=sys.stderr)
+    if not HAS_NUMBA:
+        note("no Numba here: kernels run as slow plain Python")
     gallery = None
     if arguments.pictures:
         from ..core.evaluation.pictures import Gallery
@@ -270,11 +287,11 @@ def evaluate_all(arguments: argparse.Namespace, open_file: Callable[[], Scene] |
     records = []
     for argument in arguments.scenes or [None]:
         scene = open_scene(argument) if argument is not None else open_file()  # type: ignore[misc]
-        if scene.dropped and not arguments.quiet:
-            print(
-                f"accelscope: {scene.name}: {scene.dropped} triangles with NaN or infinite "
-                "vertices are left out", file=sys.stderr,
-            )  # fmt: skip
+        if scene.dropped:
+            note(
+                f"{scene.name}: {scene.dropped} triangles with NaN or infinite vertices are left "
+                "out"
+            )
         rays_of = [workload.make(scene, settings) for workload, settings in chosen_workloads]
         for structure_type, settings in chosen_structures:
             built = build(scene, structure_type, settings, progress)

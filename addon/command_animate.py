@@ -66,7 +66,13 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
         workload_specs,
     )
 
-    ((structure, settings),) = structure_specs([arguments.structure])[:1]
+    def note(text: str) -> None:
+        if not arguments.quiet:
+            print(f"accelscope: {text}", file=sys.stderr)
+
+    if arguments.structure == "all":
+        raise InputError("only bvh can be refitted, not all")
+    ((structure, settings),) = structure_specs([arguments.structure], note)
     if structure.name != "bvh":
         raise InputError(f"only bvh can be refitted, not {arguments.structure}")
     ((workload, workload_settings),) = workload_specs([arguments.rays])

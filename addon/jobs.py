@@ -152,6 +152,9 @@ class JobOperator:
 
     job_text = "Working"
 
+    head_start = 0.0
+    """Seconds that Blender waits first, for work that mostly ends at once."""
+
     def prepare(self, context: bpy.types.Context) -> Work:
         """Return the work, with everything it needs from Blender; runs in the main thread.
 
@@ -163,7 +166,7 @@ class JobOperator:
         raise NotImplementedError
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        """Store what the work returned and say what it was; runs in the main thread."""
+        """Store what the work returned and say what it was, or nothing; runs in the main thread."""
         raise NotImplementedError
 
     def give_up(self) -> None:
@@ -175,7 +178,7 @@ class JobOperator:
             result = self.prepare(context)(SILENT)
         except (InputError, MemoryError) as error:
             return self._fail(error)
-        self.report({"INFO"}, self.finish(context, result))  # type: ignore[attr-defined]
+        self._finish(context, result)
         return {"FINISHED"}
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -187,7 +190,12 @@ class JobOperator:
             work = self.prepare(context)
         except (InputError, MemoryError) as error:
             return self._fail(error)
-        self._job = _current = Job(work, self.job_text)
+        self._job = job = Job(work, self.job_text)
+        if self.head_start > 0.0:
+            job.wait(self.head_start)
+            if job.is_finished:
+                return self._conclude(context)
+        _current = job
         manager = context.window_manager
         self._timer = manager.event_timer_add(TICK, window=context.window)
         manager.modal_handler_add(self)
@@ -209,13 +217,7 @@ class JobOperator:
         if not job.is_finished:
             return {"PASS_THROUGH"}
         self._end(context)
-        if isinstance(job.error, (InputError, MemoryError)):
-            return self._fail(job.error)
-        if job.error:
-            self.give_up()
-            raise job.error
-        self.report({"INFO"}, self.finish(context, job.result))  # type: ignore[attr-defined]
-        return {"FINISHED"}
+        return self._conclude(context)
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender ends the operator, because it loads a file or closes the window."""
@@ -226,6 +228,22 @@ class JobOperator:
         _leave(self._job)
         context.window_manager.event_timer_remove(self._timer)
         _redraw_sidebars()
+
+    def _conclude(self, context: bpy.types.Context) -> set[str]:
+        """Take over what the thread has left."""
+        error = self._job.error
+        if isinstance(error, (InputError, MemoryError)):
+            return self._fail(error)
+        if error:
+            self.give_up()
+            raise error
+        self._finish(context, self._job.result)
+        return {"FINISHED"}
+
+    def _finish(self, context: bpy.types.Context, result: Any) -> None:
+        text = self.finish(context, result)
+        if text:
+            self.report({"INFO"}, text)  # type: ignore[attr-defined]
 
     def _fail(self, error: Exception) -> set[str]:
         self.give_up()

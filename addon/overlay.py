@@ -1,4 +1,4 @@
-"""The overlay: cells and ray paths over the scene in every 3D viewport.
+"""The overlay: cells, ray paths and exhibits over the scene in every 3D viewport.
 
 Cells are uploaded once, at the first draw after :func:`set_cells`, in three sections: leaves with
 primitives, inner nodes, empty leaves, each sorted by depth (:mod:`.selection`). So whatever the
@@ -25,11 +25,14 @@ from . import overlay_shader, overlay_upload, selection
 if TYPE_CHECKING:  # only the type: its module brings Numba in
     from ..core.structures.cells import Cells
 
-PATH_WIDTH = 2.0
-"""Width of paths in pixels beyond that of cells."""
+RAY, EXHIBIT, PLANE = "ray", "exhibit", "plane"
+"""Layers of lines. Each is set for itself, and does not push the others out."""
+
+LAYER_WIDTH = {EXHIBIT: 0.5, PLANE: 1.0, RAY: 2.0}
+"""Width of lines in pixels beyond that of cells, by layer; the last is drawn on top."""
 
 HIDDEN_OPACITY = 0.25
-"""Opacity of those parts of paths that lie behind something."""
+"""Opacity of those parts of lines in layers that lie behind something."""
 
 TINT_COVER = 0.6
 """Share of the view that tinted empty leaves cover together, at full opacity."""
@@ -101,6 +104,21 @@ class _Drawn:
         return overlay_upload.cell_faces(self.cells, self.empty, self.steps)
 
 
+class _Layer:
+    """Thick lines of all colours, uploaded at the first draw."""
+
+    def __init__(self, segments: np.ndarray, colours: np.ndarray) -> None:
+        self.segments = np.asarray(segments, dtype=np.float32).reshape(-1, 2, 3)
+        self.colours = np.asarray(colours, dtype=np.float32).reshape(len(self.segments), 4)
+
+    @cached_property
+    def batch(self) -> gpu.types.GPUBatch:
+        """The lines."""
+        _overlay.uploads += 1
+        ends = self.segments[:, 0], self.segments[:, 1]
+        return overlay_upload.line_batch(*ends, self.colours)
+
+
 class _Overlay:
     """The one overlay of this Blender."""
 
@@ -110,9 +128,8 @@ class _Overlay:
         self.uploads = 0
         self.tools: _Tools | None = None
         self.drawn: _Drawn | None = None
-        self.paths: tuple[np.ndarray, np.ndarray] | None = None
-        # None when it is to be uploaded at the next draw.
-        self.uploaded_paths: gpu.types.GPUBatch | None = None
+        self.cells_hidden = False
+        self.layers: dict[str, _Layer] = {}
 
 
 _overlay = _Overlay()
@@ -138,7 +155,9 @@ def disable() -> None:
         _overlay.handler = None
     _overlay.tools = None
     set_cells(None)
-    set_paths(None)
+    hide_cells(False)
+    for layer in LAYER_WIDTH:
+        set_lines(layer, None)
 
 
 def set_cells(cells: Cells | None) -> None:
@@ -148,22 +167,27 @@ def set_cells(cells: Cells | None) -> None:
     tag_redraw()
 
 
-def set_paths(segments: np.ndarray | None, colours: np.ndarray | None = None) -> None:
-    """Show these thick lines from the next draw on, or none: ray paths, highlighted cells.
+def hide_cells(hidden: bool) -> None:
+    """Leave out the cells from the next draw on, whatever the display settings say."""
+    _overlay.cells_hidden = hidden
+    tag_redraw()
+
+
+def set_lines(layer: str, segments: np.ndarray | None, colours: np.ndarray | None = None) -> None:
+    """Show these thick lines in a layer from the next draw on, or none.
 
     Parameters
     ----------
+    layer : {RAY, EXHIBIT, PLANE}
     segments : (k, 2, 3) array_like of float, or None
         Both ends of each line in world space.
     colours : (k, 4) array_like of float
         sRGB and opacity of each line.
     """
     _overlay.failed = False
-    _overlay.paths = None
-    if segments is not None and len(segments):
-        ends = np.asarray(segments, dtype=np.float32).reshape(-1, 2, 3)
-        _overlay.paths = ends, np.asarray(colours, dtype=np.float32).reshape(len(ends), 4)
-    _overlay.uploaded_paths = None
+    _overlay.layers.pop(layer, None)
+    if segments is not None and colours is not None and len(segments):
+        _overlay.layers[layer] = _Layer(segments, colours)
     tag_redraw()
 
 
@@ -183,6 +207,8 @@ def tag_redraw() -> None:
 def shown_text(display: Any) -> str:
     """Say how many cells the display settings show: ``"showing 1 203 of 4 096 cells"``."""
     drawn = _overlay.drawn
+    if drawn and _overlay.cells_hidden:
+        return "cells hidden while an exhibit is shown"
     return selection.shown_text(drawn.cells, drawn.sections, display) if drawn else "no cells"
 
 
@@ -208,17 +234,22 @@ def _draw_callback() -> None:
 
 
 def draw(display: Any, pixel_size: float = 1.0) -> None:
-    """Draw cells and paths with the current matrices into the current frame buffer.
+    """Draw cells and layers with the current matrices into the current frame buffer.
 
     Parameters
     ----------
     display : object
-        Attributes show, depth_min, depth_max, leaves_only, hide_empty, tint_empty, planes,
-        replay, step, opacity, line_width, colour_by ("depth", "count" or "order").
+        Attributes show (cells and rays), depth_min, depth_max, leaves_only, hide_empty,
+        tint_empty, planes, replay, step, opacity, line_width, colour_by ("depth", "count" or
+        "order").
     pixel_size : float
         Pixels per unit of line width: 2 on a screen of high resolution.
     """
-    if not display.show or (_overlay.drawn is None and _overlay.paths is None):
+    drawn = None if _overlay.cells_hidden or not display.show else _overlay.drawn
+    layers = [layer for layer in LAYER_WIDTH if layer in _overlay.layers]
+    if not display.show and RAY in layers:
+        layers.remove(RAY)
+    if drawn is None and not layers:
         return
     if _overlay.tools is None:
         _overlay.tools = _Tools(
@@ -233,12 +264,13 @@ def draw(display: Any, pixel_size: float = 1.0) -> None:
     gpu.state.depth_mask_set(False)
     gpu.state.depth_test_set("LESS_EQUAL")
     try:
-        if _overlay.drawn is not None:
+        if drawn is not None:
             # Faces first: lines stay crisp on top of them.
-            _draw_faces(_overlay.tools, _overlay.drawn, display)
-            _draw_lines(_overlay.tools, _overlay.drawn, display, pixel_size)
-        if _overlay.paths is not None:
-            _draw_paths(_overlay.tools, _overlay.paths, display, pixel_size)
+            _draw_faces(_overlay.tools, drawn, display)
+            _draw_lines(_overlay.tools, drawn, display, pixel_size)
+        for name in layers:
+            width = (display.line_width + LAYER_WIDTH[name]) * pixel_size
+            _draw_layer(_overlay.tools, _overlay.layers[name], width)
     finally:
         gpu.state.blend_set(before[0])
         gpu.state.depth_test_set(before[1])
@@ -337,17 +369,12 @@ def _draw_run(
         shape.draw_instanced(shader, instance_count=end - begin)
 
 
-def _draw_paths(
-    tools: _Tools, paths: tuple[np.ndarray, np.ndarray], display: Any, pixel_size: float
-) -> None:
-    if _overlay.uploaded_paths is None:
-        _overlay.uploads += 1
-        segments, colours = paths
-        _overlay.uploaded_paths = overlay_upload.line_batch(segments[:, 0], segments[:, 1], colours)
+def _draw_layer(tools: _Tools, layer: _Layer, width: float) -> None:
+    """Draw the lines of a layer, faint where they lie behind something."""
     shader = tools.paths_shader
     shader.bind()
-    overlay_shader.set_view(shader, (display.line_width + PATH_WIDTH) * pixel_size)
+    overlay_shader.set_view(shader, width)
     for depth_test, opacity in (("GREATER", HIDDEN_OPACITY), ("LESS_EQUAL", 1.0)):
         gpu.state.depth_test_set(depth_test)
         shader.uniform_float("opacity", opacity)
-        _overlay.uploaded_paths.draw(shader)
+        layer.batch.draw(shader)

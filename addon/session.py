@@ -18,6 +18,7 @@ from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
 from . import extraction, jobs, overlay, properties
+from .showcase import Showcase
 from .snapshot import Snapshot
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
@@ -58,6 +59,8 @@ class Session:
         The picture of those links.
     timeline : list of dict
         The records of the last comparison over the timeline.
+    showcase : Showcase
+        Exhibits of the structure; empty before the first build.
     watched : list of Snapshot
         Those that handlers keep an eye on: the one above, and one that is being built over.
     undone : bool
@@ -75,6 +78,7 @@ class Session:
     linked_leaf: int = -1
     links: tuple[np.ndarray, np.ndarray] | None = None
     timeline: list[dict[str, Any]] = field(default_factory=list)
+    showcase: Showcase = field(default_factory=Showcase)
     watched: list[Snapshot] = field(default_factory=list)
     undone: bool = False
 
@@ -94,6 +98,7 @@ class Session:
         """Replace everything by a new structure, and draw it."""
         self.snapshot, self.built, self.cells, self.record = snapshot, built, cells, record
         self.traced = None
+        self.showcase = Showcase(built.structure.exhibits())
         self.watch_built()
         self._clear_paths()
         overlay.set_cells(cells)
@@ -128,9 +133,16 @@ class Session:
             paths.append(segments_of(walk, event))
             self.legend = legend(walk, event)
         if paths:
-            overlay.set_paths(*(np.concatenate(parts) for parts in zip(*paths)))
+            overlay.set_lines(overlay.RAY, *(np.concatenate(parts) for parts in zip(*paths)))
         else:
-            overlay.set_paths(None)
+            overlay.set_lines(overlay.RAY, None)
+
+    def show_exhibit(self, context: bpy.types.Context) -> None:
+        """Draw the frame that the panel asks for; one that has still to be made starts a job."""
+        drawn = self.showcase.draw(context.scene.accelscope.exhibits)
+        # The job that is under way may be another one: the panel has a button to try again.
+        if not drawn and jobs.running() is None:
+            bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
 
     def _walk(self) -> Walk:
         from ..core.evaluation.ray_path import Walk
@@ -146,7 +158,7 @@ class Session:
 
     def _clear_paths(self) -> None:
         self._forget_paths()
-        overlay.set_paths(None)
+        overlay.set_lines(overlay.RAY, None)
 
     def _forget_paths(self) -> None:
         self.step_index, self.steps, self.legend = -1, None, []
@@ -157,6 +169,7 @@ class Session:
         if self.built is not None:
             overlay.disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
+        self.showcase = Showcase()
         self.timeline, self.watched, self.undone = [], [], False
         self._forget_paths()
 

@@ -73,11 +73,26 @@ def wires_of(cells: Cells, places: np.ndarray) -> Wires:
     places : (k,) int
         Ascending.
     """
-    if cells.faces is not None:
-        return _joined(_chosen(cells.faces, places), cells.boxes)
-    points = corners_of(cells.boxes[places]).reshape(-1, 3)
-    edges = 8 * np.arange(len(places))[:, None, None] + EDGES
-    return Wires(points, edges.reshape(-1, 2), np.repeat(places, 8))
+    shaped, boxes = _by_shape(cells, places)
+    points = corners_of(cells.boxes[boxes]).reshape(-1, 3)
+    edges = (8 * np.arange(len(boxes))[:, None, None] + EDGES).reshape(-1, 2)
+    owners = np.repeat(boxes, 8)
+    if cells.faces is None:
+        return Wires(points, edges, owners)
+    wires = _joined(_chosen(cells.faces, shaped), cells.boxes)
+    return Wires(
+        np.concatenate([wires.points, points]),
+        np.concatenate([wires.edges, len(wires.points) + edges]),
+        np.concatenate([wires.owners, owners]),
+    )
+
+
+def _by_shape(cells: Cells, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return those of some ascending places that are drawn by their faces, and the boxes."""
+    if cells.faces is None:
+        return places[:0], places
+    beyond = cells.faces.owners.max(initial=-1)
+    return places[places <= beyond], places[places > beyond]
 
 
 def outlines_of(polygons: Polygons) -> Wires:
@@ -105,11 +120,14 @@ def faces_of(cells: Cells, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     owners : (m,) int64
         Ascending.
     """
-    if cells.faces is not None:
-        return triangles_of(_chosen(cells.faces, places))
-    around = corners_of(cells.boxes[places])[:, SIDES]
-    halves = around[:, :, [(0, 1, 2), (0, 2, 3)]]
-    return halves.reshape(-1, 3, 3), np.repeat(places, 12)
+    shaped, boxes = _by_shape(cells, places)
+    around = corners_of(cells.boxes[boxes])[:, SIDES]
+    halves = around[:, :, [(0, 1, 2), (0, 2, 3)]].reshape(-1, 3, 3)
+    owners = np.repeat(boxes, 12)
+    if cells.faces is None:
+        return halves, owners
+    triangles, first_owners = triangles_of(_chosen(cells.faces, shaped))
+    return np.concatenate([triangles, halves]), np.concatenate([first_owners, owners])
 
 
 def triangles_of(polygons: Polygons) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from .errors import InputError
@@ -40,6 +40,7 @@ def setting(
     maximum: float | None = None,
     choices: Mapping[str, str] | None = None,
     unset: str = "",
+    only_for: Mapping[str, Sequence[str]] | None = None,
 ) -> Any:
     """Declare one field of a settings dataclass.
 
@@ -57,6 +58,9 @@ def setting(
         The admitted texts, each with one sentence about it.
     unset : str, optional
         A word such as ``"auto"`` that the command line accepts for the default.
+    only_for : mapping of str to sequence of str, optional
+        Where this setting has an effect: the choices of other settings, by their names. Elsewhere
+        it changes nothing: the panel greys it out, the command line says so and goes on.
 
     Returns
     -------
@@ -70,6 +74,7 @@ def setting(
         "maximum": maximum,
         "choices": dict(choices) if choices else None,
         "unset": unset,
+        "only_for": {key: list(names) for key, names in only_for.items()} if only_for else None,
     }
     return dataclasses.field(default=default, metadata=metadata)
 
@@ -77,6 +82,36 @@ def setting(
 def key_of(field: dataclasses.Field) -> str:
     """Return the public name of a field: ``from_`` is ``from``."""
     return field.name.rstrip("_")
+
+
+def has_effect(field: dataclasses.Field, settings: Any) -> bool:
+    """Say whether a setting has an effect beside the others.
+
+    Parameters
+    ----------
+    settings : object
+        What has the settings as attributes: the dataclass, or Blender's properties made of it.
+    """
+    only_for = field.metadata["only_for"] or {}
+    return all(getattr(settings, name) in choices for name, choices in only_for.items())
+
+
+def only_for_in_words(only_for: Mapping[str, Sequence[str]]) -> str:
+    """Say where a setting has an effect: ``"only for builder lbvh, ploc"``."""
+    return "only for " + " and ".join(
+        f"{name} {', '.join(choices)}" for name, choices in only_for.items()
+    )
+
+
+def without_effect(settings: Any, keys: Iterable[str], where: str) -> list[str]:
+    """Return one sentence for each of the settings `keys` that has no effect beside the others."""
+    fields = {key_of(field): field for field in dataclasses.fields(settings)}
+    return [
+        f"{where}: {key} changes nothing, it is "
+        f"{only_for_in_words(fields[key].metadata['only_for'])}"
+        for key in keys
+        if not has_effect(fields[key], settings)
+    ]
 
 
 def parse(settings_type: type[T], texts: Mapping[str, str], where: str) -> T:

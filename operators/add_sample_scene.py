@@ -7,14 +7,14 @@ from typing import Any
 
 import bpy
 
-from ..addon import properties, sample_objects
+from ..addon import generated, sample_objects
 from ..core.errors import InputError
 from ..sample_scenes import samples
 
 
 def settings_of(sample: str) -> dict[str, Any]:
     """Return the Blender properties of a sample's settings by field name."""
-    return properties.properties_of(samples()[sample].Settings)
+    return generated.properties_of(samples()[sample].Settings)
 
 
 def operator_properties() -> dict[str, Any]:
@@ -25,7 +25,7 @@ def operator_properties() -> dict[str, Any]:
     """
     choices = {name: (sample.label, sample.summary) for name, sample in samples().items()}
     all_properties = {
-        "sample": properties.enum_of(choices, name="Sample Scene", default=next(iter(choices)))
+        "sample": generated.enum_of(choices, name="Sample Scene", default=next(iter(choices)))
     }
     for sample in choices:
         for field, prop in settings_of(sample).items():
@@ -59,7 +59,7 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
         sample = samples()[name]
         group = SimpleNamespace(**{f: getattr(self, f"{name}_{f}") for f in settings_of(name)})
         try:
-            settings: Any = properties.read(group, sample.Settings, f"sample scene {name}")
+            settings: Any = generated.read(group, sample.Settings, f"sample scene {name}")
             scene = sample.generate(settings)
         except (InputError, MemoryError) as error:
             self.report({"ERROR"}, str(error) or "Out of memory; lower the settings")

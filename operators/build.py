@@ -53,6 +53,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
         from ..core.evaluation.report import show_integer, show_number, show_seconds
 
         session.current.set_built(*result)
+        session.current.show_exhibit(context)
         snapshot, built, cells, record = result
         text = (
             f"{built.structure.label}: SAH {show_number(record['statistics']['sah'])}, "

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import bpy
 
 from ..addon import jobs, properties
+from ..core.settings import has_effect
 
 
 class SidebarPanel:
@@ -35,11 +37,13 @@ class SidebarPanel:
         raise NotImplementedError
 
 
-def draw_group(layout: bpy.types.UILayout, group: Any) -> None:
-    """Draw all properties of a generated group."""
+def draw_settings(layout: bpy.types.UILayout, group: Any, settings_type: type) -> None:
+    """Draw the settings that a generated group holds; grey where they change nothing."""
     column = layout.column()
-    for name in type(group).__annotations__:
-        column.prop(group, name)
+    for field in dataclasses.fields(settings_type):
+        row = column.row()
+        row.active = has_effect(field, group)
+        row.prop(group, field.name)
 
 
 def draw_job(layout: bpy.types.UILayout, job: jobs.Job) -> None:

@@ -8,7 +8,7 @@ import bpy
 
 from ..addon import jobs, session
 from ..core.kernels import HAS_NUMBA
-from .base import SidebarPanel, draw_group, draw_job, draw_wrapped
+from .base import SidebarPanel, draw_job, draw_settings, draw_wrapped
 
 
 class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
@@ -23,8 +23,11 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
             text = "Slow: pure Python (install the full extension)"
             draw_wrapped(layout, text, "ERROR", width)
         layout.prop(root, "scope", expand=True)
+        from ..core.structures import structure_named
+
         layout.prop(root, "structure")
-        draw_group(layout, getattr(root.structures, root.structure))
+        group = getattr(root.structures, root.structure)
+        draw_settings(layout, group, structure_named(root.structure).Settings)
 
         job = jobs.running()
         if job:

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..addon import jobs, properties, session
-from .base import SidebarPanel, draw_figure, draw_group, draw_job, draw_wrapped
+from .base import SidebarPanel, draw_figure, draw_job, draw_settings, draw_wrapped
 
 ICONS = {
     "inner": "MESH_CUBE",
@@ -23,13 +23,16 @@ ICONS = {
 
 class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
     bl_label = "Rays"
-    bl_order = 2
+    bl_order = 3
 
     def draw_loaded(
         self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any
     ) -> None:
+        from ..core.evaluation.workloads import workload_named
+
         layout.prop(root, "workload")
-        draw_group(layout, getattr(root.workloads, root.workload))
+        group = getattr(root.workloads, root.workload)
+        draw_settings(layout, group, workload_named(root.workload).Settings)
         job = jobs.running()
         if job:
             # Here too, since the panel above may be scrolled out of sight.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from ..settings import to_text
 from ..structures.cells import Cells
 from ..structures.contract import Structure
 from ..structures.steps import VISIT_EMPTY, VISIT_LEAF
+from .exhibit_pictures import ExhibitPainter
 from .experiment import Built
 from .png import write_png
 from .ray_path import ON_LIGHT, Walk, legend, links_of, segments_of
@@ -54,13 +55,14 @@ class Gallery:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._views: dict[str, View] = {}
+        self._painters: dict[str, ExhibitPainter] = {}
         self._rows: list[str] = []
         self._names: set[str] = set()
 
     def add(
         self, built: Built, records: list[dict[str, Any]], batches: Sequence[Rays] = ()
     ) -> None:
-        """Draw a structure: its upper levels, its leaves, its building, and a ray's walk.
+        """Draw a structure: its upper levels, its leaves, its building, a ray's walk, exhibits.
 
         Of several batches of rays that were traced, one that is a single ray is the ray to show;
         without any, one is chosen.
@@ -90,7 +92,24 @@ class Gallery:
             file = f"{stem}-{kind}.png"
             write_png(self.folder / file, image)
             shown.append((file, caption))
-        self._rows.append(section(built, records, shown))
+        exhibits = "".join(self._exhibits(structure, stem))
+        self._rows.append(section(built, records, shown, exhibits))
+
+    def _exhibits(self, structure: Structure, stem: str) -> Iterator[str]:
+        """Draw the exhibits of a structure; return their part of the page."""
+        exhibits, scene = structure.exhibits(), structure.scene
+        if exhibits and scene.source not in self._painters:
+            self._painters = {scene.source: ExhibitPainter(scene)}
+        for exhibit in exhibits:
+            frames = []
+            for picture in self._painters[scene.source].pictures_of(exhibit):
+                file = f"{stem}-{exhibit.name}-{picture.number}.png"
+                write_png(self.folder / file, picture.image)
+                frames.append((file, picture.caption))
+            yield (
+                f"<h3>{html.escape(exhibit.label)}</h3><p>{html.escape(exhibit.description)}</p>"
+                f'<div class="row frames">{figure_tags(frames)}</div>'
+            )
 
     def _free_name(self, wanted: str) -> str:
         """Return a file name that no earlier picture has taken."""
@@ -270,14 +289,20 @@ def html_table(caption: str, rows: list[tuple[str, str, str]]) -> str:
     return f"<table><caption>{html.escape(caption)}</caption>{lines}</table>"
 
 
-def section(built: Built, records: list[dict[str, Any]], pictures: list[tuple[str, str]]) -> str:
-    """Return the part of the page about one structure over one scene."""
-    structure = built.structure
-    shown = "".join(
+def figure_tags(pictures: list[tuple[str, str]]) -> str:
+    """Return files and their captions as figures."""
+    return "".join(
         f'<figure><img src="{html.escape(file)}" alt="{html.escape(caption)}">'
         f"<figcaption>{html.escape(caption)}</figcaption></figure>"
         for file, caption in pictures
     )
+
+
+def section(
+    built: Built, records: list[dict[str, Any]], pictures: list[tuple[str, str]], exhibits: str
+) -> str:
+    """Return the part of the page about one structure over one scene."""
+    structure = built.structure
     rows = figures(records[0])
     tables = [html_table(structure.label, [row for row in rows if row[0] not in RAY_SECTIONS])]
     for record in records:
@@ -289,7 +314,8 @@ def section(built: Built, records: list[dict[str, Any]], pictures: list[tuple[st
         f"<section><h2>{html.escape(structure.scene.name)} &middot; "
         f"{html.escape(structure.label)}</h2>"
         f"<p>{html.escape(to_text(structure.settings).replace(',', ', '))}</p>"
-        f'<div class="row">{shown}<div class="tables">{"".join(tables)}</div></div></section>'
+        f'<div class="row">{figure_tags(pictures)}<div class="tables">{"".join(tables)}</div>'
+        f"</div>{exhibits}</section>"
     )
 
 
@@ -299,6 +325,8 @@ PAGE = """<!doctype html>
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 110rem;
   padding: 0 1.5rem; color: #222; background: #fff; }
 h1 { font-weight: 600; } h2 { margin: 2.5rem 0 0; font-weight: 600; }
+h3 { margin: 1.2rem 0 0; font-weight: 600; font-size: 1rem; }
+.frames figure, .frames img { width: 25rem; }
 p { margin: .2rem 0 .8rem; color: #666; font-size: .85rem; }
 .row { display: flex; flex-wrap: wrap; gap: 1.2rem; align-items: flex-start; }
 figure { margin: 0; max-width: 29rem; }

@@ -29,6 +29,12 @@ PIXELS_AT_ONCE = 1 << 21
 """Pixels of faces that are worked on at once: as much as stays in the cache."""
 
 
+Slopes = tuple[tuple[float, float], tuple[float, float]]
+
+MARGIN = 0.94
+"""Share of the picture that what it frames takes at most."""
+
+
 def picture_camera(scene: Scene) -> Camera:
     """Return the scene's own camera, or one that frames the scene; both fill the lower side.
 
@@ -42,11 +48,67 @@ def picture_camera(scene: Scene) -> Camera:
     return camera_of(scene, dataclasses.replace(settings, fov=float(np.degrees(2 * half))))
 
 
+def camera_around(camera: Camera, points: np.ndarray) -> Camera:
+    """Return a camera that looks the same way, from where it just sees all points.
+
+    Parameters
+    ----------
+    camera : Camera
+        Of a picture as wide as WIDTH by HEIGHT.
+    points : (n, 3) float64
+        At least one.
+    """
+    forward, right, up = camera_axes(camera)
+    axes = np.stack([right, up, forward])
+    wide = MARGIN * np.tan(np.radians(camera.fov) / 2)
+    high = wide * HEIGHT / WIDTH
+    position = standpoint(points @ axes.T, ((wide, wide), (high, high))) @ axes
+    return dataclasses.replace(camera, position=position, target=position + forward)
+
+
+def standpoint(points: np.ndarray, slopes: Slopes) -> np.ndarray:
+    """Return the place nearest to points from which all of them are seen, (3,).
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        To the right, up and forward, as the camera looks; at least one.
+    slopes : ((left, right), (down, up))
+        How far one sees to each side, per distance forward.
+    """
+    depth = points[:, 2]
+    extent = float(np.ptp(points, axis=0).max()) or 1.0
+    back = float(depth.min()) - 1e-3 * extent  # all points lie ahead, whatever follows
+    bounds = []
+    for along, (low, high) in zip(points.T[:2], slopes, strict=True):
+        # A point x at depth z is seen from x0 at depth z0 if x - x0 <= high (z - z0) and
+        # x0 - x <= low (z - z0): x0 is at least `least` + high z0 and at most `most` - low z0.
+        least, most = float((along - high * depth).max()), float((along + low * depth).min())
+        bounds.append((least, most))
+        back = min(back, (most - least) / (low + high))
+    middles = [
+        (least + high * back + most - low * back) / 2.0
+        for (least, most), (low, high) in zip(bounds, slopes, strict=True)
+    ]
+    return np.array([*middles, back])
+
+
 class View:
-    """The mesh of a scene seen by its camera: an image and the depth behind every pixel.
+    """The mesh of a scene seen by a camera: an image and the depth behind every pixel.
+
+    Parameters
+    ----------
+    camera : Camera, optional
+        By default the :func:`picture_camera`.
+    reduction : float
+        Pictures are WIDTH by HEIGHT, divided by this.
 
     Attributes
     ----------
+    columns, rows : int
+        Size of a finished picture.
+    width, height : int
+        Size of the image, SUPERSAMPLING times that.
     image : (height, width, 3) float64
     depth : (height, width) float64
         Distance along the view direction, inf where there is nothing.
@@ -54,9 +116,10 @@ class View:
         To the right, up, and forward.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self.camera = picture_camera(scene)
-        self.width, self.height = WIDTH * SUPERSAMPLING, HEIGHT * SUPERSAMPLING
+    def __init__(self, scene: Scene, camera: Camera | None = None, reduction: float = 1.0) -> None:
+        self.camera = camera or picture_camera(scene)
+        self.columns, self.rows = round(WIDTH / reduction), round(HEIGHT / reduction)
+        self.width, self.height = self.columns * SUPERSAMPLING, self.rows * SUPERSAMPLING
         rays = camera_rays(self.camera, self.width, self.height)
         hits, _ = BVH.build(scene, BVH.Settings()).trace(rays)
         hit = hits.primitive >= 0
@@ -76,6 +139,13 @@ class View:
         self.depth = hits.t.reshape(self.height, self.width)
         self.axes = right, up, forward
         self._scale = max(self.width, self.height) / 2 / np.tan(np.radians(self.camera.fov) / 2)
+
+    def sees(self, points: np.ndarray) -> bool:
+        """Say whether all points (n, 3) lie within the picture."""
+        relative = points - self.camera.position
+        x, y, z = (relative @ axis for axis in self.axes)
+        across, above = self._scale * np.abs(x) / z, self._scale * np.abs(y) / z
+        return bool(((z > 0) & (across <= self.width / 2) & (above <= self.height / 2)).all())
 
     def points(self, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
         """Return what is seen of the mesh at the nodes of a grid over the middle of the picture.
@@ -106,7 +176,7 @@ class View:
         width: int = 1,
         hidden: float = HIDDEN,
     ) -> np.ndarray:
-        """Return the image with lines drawn over it, antialiased: (HEIGHT, WIDTH, 3).
+        """Return the image with lines drawn over it, antialiased: (rows, columns, 3).
 
         Parameters
         ----------
@@ -138,7 +208,7 @@ class View:
             opacity = opacity * colours[number, 3:]
         canvas = background.reshape(-1, 3).copy()
         canvas[pixel] = (1 - opacity) * canvas[pixel] + opacity * colours[number, :3]
-        shape = (HEIGHT, SUPERSAMPLING, WIDTH, SUPERSAMPLING, 3)
+        shape = (self.rows, SUPERSAMPLING, self.columns, SUPERSAMPLING, 3)
         return canvas.reshape(shape).mean(axis=(1, 3))
 
     def with_faces(self, triangles: np.ndarray, colours: np.ndarray, opacity: float) -> np.ndarray:
@@ -156,8 +226,8 @@ class View:
             Of each, less than 1.
         """
         rays_depth = self.depth[::SUPERSAMPLING, ::SUPERSAMPLING].ravel()
-        layers = np.zeros(WIDTH * HEIGHT)
-        sums = np.zeros((3, WIDTH * HEIGHT))
+        layers = np.zeros(self.columns * self.rows)
+        sums = np.zeros((3, self.columns * self.rows))
         for pixel, depth, number in self._covered(triangles):
             seen = depth <= rays_depth[pixel] * (1 + 2e-4)
             pixel, number = pixel[seen], number[seen]
@@ -168,8 +238,8 @@ class View:
                     sums[channel] += np.bincount(pixel, weights, minlength=len(layers))
         if colours.ndim == 1:
             sums = colours[:, None] * layers
-        through = ((1.0 - opacity) ** layers).reshape(HEIGHT, WIDTH)
-        mean = (sums / np.maximum(layers, 1.0)).T.reshape(HEIGHT, WIDTH, 3)
+        through = ((1.0 - opacity) ** layers).reshape(self.rows, self.columns)
+        mean = (sums / np.maximum(layers, 1.0)).T.reshape(self.rows, self.columns, 3)
         through, mean = (
             each.repeat(SUPERSAMPLING, axis=0).repeat(SUPERSAMPLING, axis=1)
             for each in (through[:, :, None], mean)
@@ -182,8 +252,8 @@ class View:
         """Yield number, depth and triangle of the finished picture's pixels under triangles."""
         x, y, inverse, number = self._projected(triangles)
         # Rows whose middle lies in the triangle.
-        first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, HEIGHT).astype(np.int64)
-        last = np.clip(np.ceil(y.max(axis=1) - 0.5), 0, HEIGHT).astype(np.int64)
+        first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, self.rows).astype(np.int64)
+        last = np.clip(np.ceil(y.max(axis=1) - 0.5), 0, self.rows).astype(np.int64)
         owner, row = _ranges(first, np.maximum(last, first))
         middle = row + 0.5
         left = np.full((2, len(row)), np.inf)  # column, and inverse depth there
@@ -199,8 +269,8 @@ class View:
             right = np.where(crossed & (point[0] > right[0]), point, right)
         good = np.isfinite(left[0]) & np.isfinite(right[0])
         owner, row, left, right = owner[good], row[good], left[:, good], right[:, good]
-        begin = np.clip(np.ceil(left[0] - 0.5), 0, WIDTH).astype(np.int64)
-        end = np.maximum(np.clip(np.ceil(right[0] - 0.5), 0, WIDTH).astype(np.int64), begin)
+        begin = np.clip(np.ceil(left[0] - 0.5), 0, self.columns).astype(np.int64)
+        end = np.maximum(np.clip(np.ceil(right[0] - 0.5), 0, self.columns).astype(np.int64), begin)
         slope = (right[1] - left[1]) / np.maximum(right[0] - left[0], 1e-12)
         parts = np.cumsum(end - begin) // PIXELS_AT_ONCE
         for part in range(int(parts.max(initial=-1)) + 1):
@@ -208,7 +278,7 @@ class View:
             span, column = _ranges(begin[chosen], end[chosen])
             span = chosen[span]
             there = left[1, span] + slope[span] * (column + 0.5 - left[0, span])
-            yield row[span] * WIDTH + column, 1.0 / there, number[owner[span]]
+            yield row[span] * self.columns + column, 1.0 / there, number[owner[span]]
 
     def _projected(
         self, triangles: np.ndarray
@@ -243,7 +313,7 @@ class View:
         number = np.concatenate([number[in_front == n] for n in (3, 1, 2, 2)])
         x, y, z = np.moveaxis(parts, -1, 0)
         scale = self._scale / SUPERSAMPLING
-        return WIDTH / 2 + scale * x / z, HEIGHT / 2 - scale * y / z, 1.0 / z, number
+        return self.columns / 2 + scale * x / z, self.rows / 2 - scale * y / z, 1.0 / z, number
 
     def _sample(
         self, segments: np.ndarray, width: int

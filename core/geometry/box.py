@@ -11,15 +11,19 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import implements, inlined, inner
-from .volume import MISS, enter, fit, prepare
+from ..outlines import corners_of
+from .affine import checked, moved, rounding
+from .half_spaces import every_other
+from .polygons import Polygons, sides_of
+from .volume import MISS, fit, outside, prepare, span
 
 
 @inlined
-def enter_box(boxes, index, ray, limit):
-    """Return the t at which the ray enters a box, or MISS if it does not by t = `limit`.
+def span_box(boxes, index, ray, limit):
+    """Return the t at which the ray enters a box, at least 0, and leaves it, at most `limit`.
 
-    A ray that starts inside enters at 0. Each slab is crossed from `low` to `high` or the other way
-    round. Where the ray lies in a slab's plane, 0 * inf is NaN: it is passed on by ``b if b < a
+    A ray that misses enters after it leaves. Each slab is crossed from `low` to `high` or the other
+    way round. Where the ray lies in a slab's plane, 0 * inf is NaN: it is passed on by ``b if b < a
     else a`` and then ignored, so that this plane is no restriction.
     """
     enter, leave = 0.0, limit
@@ -41,6 +45,16 @@ def enter_box(boxes, index, ray, limit):
     enter = t if t > enter else enter
     t = low if high < low else high
     leave = t if t < leave else leave
+    return enter, leave
+
+
+@inlined
+def enter_box(boxes, index, ray, limit):
+    """Return the t at which the ray enters a box, or MISS if it does not by t = `limit`.
+
+    A ray that starts inside enters at 0.
+    """
+    enter, leave = span_box(boxes, index, ray, limit)
     return enter if enter <= leave else MISS
 
 
@@ -101,6 +115,38 @@ class Boxes(NamedTuple):
         """Return the axis-aligned boxes around them, (n, 6)."""
         return self.rows
 
+    def polygons(self, numbers: np.ndarray) -> Polygons:
+        """Return the six sides of some boxes; the owner of a side is its place in `numbers`."""
+        return sides_of(corners_of(self.rows[numbers]))
+
+    def half_spaces(self, numbers: np.ndarray) -> np.ndarray:
+        """Return some boxes as half-spaces ``n . p <= h``: (k, 6, 4), each [nx, ny, nz, h]."""
+        rows = self.rows[numbers]
+        planes = np.zeros((len(rows), 6, 4))
+        planes[:, :3, :3], planes[:, 3:, :3] = -np.eye(3), np.eye(3)
+        planes[:, :3, 3], planes[:, 3:, 3] = -rows[:, :3], rows[:, 3:]
+        return planes
+
+    def contain(self, parents: np.ndarray, children: np.ndarray) -> np.ndarray:
+        """Say of pairs whether the one contains the other, (k,) bool."""
+        a, b = self.rows[parents], self.rows[children]
+        return (a[:, :3] <= b[:, :3]).all(1) & (a[:, 3:] >= b[:, 3:]).all(1)
+
+    def neighbours(self) -> np.ndarray:
+        """Return the half-spaces that may cut each face, (6, 5) int64."""
+        return every_other(6)
+
+    def transformed(self, matrix: np.ndarray) -> Boxes:
+        """Return boxes around these under an affine (4, 4) matrix: around their moved corners.
+
+        Complex, says the lecture, and grows with every turn: a box turned by 45 degrees and back
+        is twice as wide.
+        """
+        matrix, corners = checked(matrix), corners_of(self.rows)
+        slack = rounding(corners, matrix)[:, None]
+        corners = moved(corners, matrix)
+        return Boxes(np.hstack([corners.min(axis=1) - slack, corners.max(axis=1) + slack]))
+
 
 @implements(fit, Boxes)
 def fit_box(volumes, index, corners, first, last):
@@ -116,12 +162,19 @@ def fit_box(volumes, index, corners, first, last):
         row[axis], row[3 + axis] = low, high
 
 
+@implements(outside, Boxes)
+def outside_box(volumes, index, x, y, z):
+    """Take the farthest of the six sides."""
+    row = volumes.rows[index]
+    return max(row[0] - x, x - row[3], row[1] - y, y - row[4], row[2] - z, z - row[5])
+
+
 @implements(prepare, Boxes)
 def prepare_box(volumes, ray, strips):
     """Do nothing: the ray has it all."""
 
 
-@implements(enter, Boxes, inline=True)
-def enter_boxes(volumes, index, ray, strips, limit):
+@implements(span, Boxes, inline=True)
+def span_boxes(volumes, index, ray, strips, limit):
     """Test the three slabs."""
-    return enter_box(volumes.rows, index, ray, limit)
+    return span_box(volumes.rows, index, ray, limit)

@@ -3,29 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry.box import surface_area
-
-
-class Polygons(NamedTuple):
-    """Convex polygons in lists.
-
-    Attributes
-    ----------
-    points : (m, 3) float64
-        Corners, polygon after polygon, each once around.
-    offsets : (k + 1,) int64
-        Polygon i has ``points[offsets[i]:offsets[i + 1]]``.
-    owners : (k,) int64
-        Whose polygon it is, ascending: the place of a cell in :class:`Cells`.
-    """
-
-    points: np.ndarray
-    offsets: np.ndarray
-    owners: np.ndarray
+from ..geometry.polygons import Polygons
 
 
 @dataclass(frozen=True)
@@ -46,7 +28,7 @@ class Cells:
         Figures of this structure's cells only, by name. ``order`` is the step of the building in
         which a cell was made, 0 for the root.
     faces : Polygons, optional
-        Of cells that are not boxes.
+        Of cells that are not boxes. Cells behind the last owner are drawn as their boxes.
     planes : Polygons, optional
         The planes that cut inner nodes, each clipped to its cell.
     areas : (n,) float64, optional

@@ -15,6 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+MOST_SEGMENTS = 20_000
+"""Segments in one frame; more of them are a grey mass."""
+
 
 @dataclass(frozen=True)
 class Frame:

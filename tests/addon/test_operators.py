@@ -219,7 +219,7 @@ def test_the_recorded_ray_event_by_event(bpy: Any, traced: Any, root: Any, curre
     from accelscope.addon import overlay
 
     def drawn() -> np.ndarray:
-        return overlay._overlay.paths[0]
+        return overlay._overlay.layers[overlay.RAY].segments
 
     root.ray_index = int(np.flatnonzero(current.traced.hits.primitive >= 0)[0])
     bpy.ops.accelscope.step_ray()
@@ -266,7 +266,7 @@ def test_links_of_the_leaf_at_the_cursor(
     root.structure = "octree"
     root.structures.octree.max_depth = 3
     bpy.ops.accelscope.build()
-    assert overlay._overlay.paths is None
+    assert overlay.RAY not in overlay._overlay.layers
     cells = current.cells
     place = int(np.flatnonzero(cells.is_leaf)[5])
     cursor = 0.5 * (cells.boxes[place, :3] + cells.boxes[place, 3:])
@@ -274,14 +274,14 @@ def test_links_of_the_leaf_at_the_cursor(
     assert bpy.ops.accelscope.show_links() == {"FINISHED"}
     number = int(cells.numbers[place])
     assert current.linked_leaf == number
-    assert len(overlay._overlay.paths[0]) == 12 + 5
+    assert len(overlay._overlay.layers[overlay.RAY].segments) == 12 + 5
 
     # A ray is drawn beside them.
     bpy.ops.accelscope.trace()
     bpy.ops.accelscope.show_links(leaf=number)
-    links_alone = len(overlay._overlay.paths[0])
+    links_alone = len(overlay._overlay.layers[overlay.RAY].segments)
     bpy.ops.accelscope.step_ray()
-    assert len(overlay._overlay.paths[0]) > links_alone
+    assert len(overlay._overlay.layers[overlay.RAY].segments) > links_alone
 
     inner = int(cells.numbers[~cells.is_leaf][0])
     with pytest.raises(RuntimeError, match=f"no leaf with the number {inner}"):

@@ -34,9 +34,9 @@ class EveryKind:
 
 @pytest.fixture
 def every_kind(bpy: Any) -> Any:
-    from accelscope.addon import properties
+    from accelscope.addon import generated
 
-    group = properties.group_type("every_kind", properties.properties_of(EveryKind))
+    group = generated.group_type("every_kind", generated.properties_of(EveryKind))
     bpy.utils.register_class(group)
     bpy.types.WindowManager.every_kind = bpy.props.PointerProperty(type=group)
     yield bpy.context.window_manager.every_kind
@@ -48,11 +48,11 @@ def every_kind(bpy: Any) -> Any:
 def test_defaults_equal_those_of_the_dataclass(
     root: Any, kind: str, name: str, settings: type
 ) -> None:
-    from accelscope.addon import properties
+    from accelscope.addon import generated
 
     group = getattr(getattr(root, kind), name)
     # Equal to the last bit, although Blender keeps single precision.
-    assert properties.read(group, settings, name) == settings()
+    assert generated.read(group, settings, name) == settings()
 
 
 @pytest.mark.parametrize(("kind", "name", "settings"), GROUPS, ids=[name for _, name, _ in GROUPS])
@@ -101,9 +101,9 @@ def test_numbers_of_choices_survive_blenders_buttons(root: Any) -> None:
 
 
 def test_every_kind_of_field_comes_back(every_kind: Any) -> None:
-    from accelscope.addon import properties
+    from accelscope.addon import generated
 
-    assert properties.read(every_kind, EveryKind, "x") == EveryKind()
+    assert generated.read(every_kind, EveryKind, "x") == EveryKind()
     every_kind.flag = False
     every_kind.count = 10**9
     every_kind.ratio = 0.3
@@ -111,25 +111,25 @@ def test_every_kind_of_field_comes_back(every_kind: Any) -> None:
     every_kind.text = "other"
     every_kind.size = (4, 5, 6)
     every_kind.place = (1e-7, -2.5, 1e20)
-    assert properties.read(every_kind, EveryKind, "x") == EveryKind(
+    assert generated.read(every_kind, EveryKind, "x") == EveryKind(
         False, 10**9, 0.3, "up_on", "other", (4, 5, 6), (1e-7, -2.5, 1e20)
     )
 
 
 def test_limits_hold_in_blender_and_when_reading(every_kind: Any) -> None:
-    from accelscope.addon import properties
+    from accelscope.addon import generated
 
     every_kind.count, every_kind.ratio, every_kind.size = -5, 99.0, (-1, 0, 1)
-    settings = properties.read(every_kind, EveryKind, "x")
+    settings = generated.read(every_kind, EveryKind, "x")
     assert (settings.count, settings.ratio, settings.size) == (1, 0.7, (0, 0, 1))
 
 
 def test_reading_checks(bpy: Any) -> None:
-    from accelscope.addon import properties
+    from accelscope.addon import generated
 
     values = dataclasses.asdict(EveryKind()) | {"ratio": float("inf")}
     with pytest.raises(InputError, match="x: ratio must be finite"):
-        properties.read(SimpleNamespace(**values), EveryKind, "x")
+        generated.read(SimpleNamespace(**values), EveryKind, "x")
 
 
 def test_paths_are_relative_to_the_file(bpy: Any, root: Any, tmp_path: Path) -> None:

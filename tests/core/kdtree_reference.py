@@ -8,8 +8,8 @@ import sys
 
 import numpy as np
 from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.clip import POLYGON_SIZE, divide_reference
 from accelscope.core.kernels import kernel
-from accelscope.core.structures.kdtree.clip import POLYGON_SIZE, divide_reference
 from accelscope.core.structures.subdivision.settings import depth_limit
 
 

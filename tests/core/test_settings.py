@@ -10,12 +10,14 @@ from accelscope.core.evaluation.workloads import workload_named, workloads
 from accelscope.core.settings import (
     check,
     describe,
+    has_effect,
     key_of,
     kind_in_words,
     parse,
     parse_spec,
     setting,
     to_json,
+    without_effect,
 )
 from accelscope.core.structures import structure_named, structures
 from accelscope.sample_scenes import make_sample, samples
@@ -73,6 +75,39 @@ def test_every_setting_says_what_it_is(where):
         for limit in ("minimum", "maximum"):
             if meta[limit] is not None:
                 assert row[limit] == meta[limit], "a limit of zero is a limit, too"
+
+
+@dataclasses.dataclass(frozen=True)
+class Conditional:
+    way: str = setting("far", "Way", "A way", choices={"far": "Far", "near": "Near", "up": "Up"})
+    switch: bool = setting(False, "Switch", "A switch")
+    steps: int = setting(3, "Steps", "Steps", only_for={"way": ("near", "up")})
+    both: int = setting(3, "Both", "Both", only_for={"way": ("up",), "switch": (True,)})
+
+
+def test_settings_without_effect():
+    steps, both = dataclasses.fields(Conditional)[2:]
+    for way, switch, some, all_ in (
+        ("far", True, False, False),
+        ("near", True, True, False),
+        ("up", False, True, False),
+        ("up", True, True, True),
+    ):
+        settings = Conditional(way, switch)
+        assert (has_effect(steps, settings), has_effect(both, settings)) == (some, all_)
+    assert without_effect(Conditional(), ["way", "steps"], "structure x") == [
+        "structure x: steps changes nothing, it is only for way near, up"
+    ]
+    assert without_effect(Conditional("up"), ["way", "steps"], "structure x") == []
+
+
+@pytest.mark.parametrize("where", EVERYTHING)
+def test_conditions_name_other_settings(where):
+    fields = {field.name: field for field in dataclasses.fields(EVERYTHING[where])}
+    for field in fields.values():
+        for name in field.metadata["only_for"] or {}:
+            assert name != field.name
+            assert fields[name].metadata["choices"]
 
 
 @pytest.mark.parametrize("where", EVERYTHING)

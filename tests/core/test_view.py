@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from accelscope.core.evaluation import view as view_module
 from accelscope.core.evaluation.view import HEIGHT, WIDTH, View
+from accelscope.core.evaluation.workloads import camera_axes
 from accelscope.core.scene import Camera, Scene
 
 WALL = np.array([[[-9, 0, -9], [0, 0, -9], [0, 0, 9]], [[-9, 0, -9], [0, 0, 9], [-9, 0, 9]]], float)
@@ -139,3 +140,45 @@ def test_lines_over_faces(view):
     over = view.with_faces(upright(-1, 1, -1, 1, -1.0), BLUE, 0.5)
     picture = line(view, RED, over=over)
     np.testing.assert_allclose(picture[HEIGHT // 2 + 30, WIDTH // 2 + 50], over[HEIGHT + 60, WIDTH])
+
+
+def test_a_camera_around_points_just_sees_them():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        points = rng.normal(size=(40, 3)) * rng.uniform(0.01, 10, 3) + rng.normal(size=3) * 30
+        looking = Camera(np.zeros(3), rng.normal(size=3), np.array([0.0, 0, 1]), 50.0)
+        camera = view_module.camera_around(looking, points)
+        forward, right, up = camera_axes(camera)
+        np.testing.assert_allclose(forward, camera_axes(looking)[0], atol=1e-12)
+        x, y, z = ((points - camera.position) @ axis for axis in (right, up, forward))
+        half = np.tan(np.radians(25.0))
+        sides = np.array([x / z, -x / z, y / z * WIDTH / HEIGHT, -y / z * WIDTH / HEIGHT]) / half
+        assert z.min() > 0
+        reached = sides.max(axis=1)
+        assert reached.max() < view_module.MARGIN * (1 + 1e-9)
+        # Left and right are touched, or top and bottom.
+        both = reached.reshape(2, 2).min(axis=1).max()
+        assert both == pytest.approx(view_module.MARGIN, rel=1e-9)
+
+
+def test_a_camera_around_one_point_looks_at_it():
+    looking = Camera(np.zeros(3), np.array([1.0, 0, 0]), np.array([0.0, 0, 1]), 50.0)
+    camera = view_module.camera_around(looking, np.array([[3.0, 4, 5]]))
+    ahead = np.array([3.0, 4, 5]) - camera.position
+    np.testing.assert_allclose(ahead / np.linalg.norm(ahead), [1, 0, 0], atol=1e-12)
+
+
+def test_what_is_seen(view):
+    depth, slope = 4.0, np.tan(np.radians(30.0))
+    y = depth - 5.0
+    assert view.sees(np.array([[1.32 * depth * slope, y, 0], [0, y, 0.99 * depth * slope]]))
+    for point in ([1.34 * depth * slope, y, 0], [0, y, 1.01 * depth * slope], [0, -6, 0]):
+        assert not view.sees(np.array([point]))
+
+
+def test_smaller_pictures(view):
+    small_view = View(Scene.from_triangles(WALL, "wall"), view.camera, reduction=4.0)
+    picture = line(small_view, RED)
+    assert picture.shape == (HEIGHT // 4, WIDTH // 4, 3)
+    faces = small_view.with_faces(upright(-1, 1, -1, 1, -1.0), RED, 0.25)
+    assert faces.shape == (HEIGHT // 2, WIDTH // 2, 3)

@@ -85,6 +85,13 @@ def test_tour(extension_zip: Path) -> None:
     print(json.dumps(figures, indent=1))
 
 
+def test_tour_of_exhibits(extension_zip: Path) -> None:
+    output = OUTPUT / "tour-exhibits"
+    in_window("tour_exhibits.py", output, "--", extension_zip, seconds=1200)
+    passed = (output / "passed.txt").read_text(encoding="utf-8").split()
+    assert passed == steps_of(HERE / "tour_exhibits.py")
+
+
 # Small enough for the naive algorithm; the camera is the .blend's own.
 COMMAND = ["--structure", "all", "--rays", "camera:width=32,height=24", "random_lines:count=200"]
 

@@ -6,7 +6,16 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...progress import Progress
-from . import binned_sah
+from . import (
+    agglomerative,
+    binned_sah,
+    object_median,
+    parallel_sah,
+    rtree_insert,
+    rtree_str,
+    spatial_median,
+    sweep_sah,
+)
 from .tree import Grouping, Primitives
 
 if TYPE_CHECKING:
@@ -15,8 +24,26 @@ if TYPE_CHECKING:
     Builder = Callable[[Primitives, BVHSettings, Progress], Grouping]
 
 BUILDERS: dict[str, tuple[str, Builder]] = {
+    "spatial_median": (
+        "From the top down, every node halved in space", spatial_median.build
+    ),
+    "object_median": (
+        "From the top down, half of the triangles to each side", object_median.build
+    ),
+    "sweep_sah": ("From the top down, SAH evaluated between all centroids", sweep_sah.build),
+    "parallel_sah": (
+        "From the top down, level by level with queues, as on a GPU (Lauterbach 2009)",
+        parallel_sah.build,
+    ),
     "binned_sah": (
         "From the top down, SAH evaluated at bin borders (Wald 2007)", binned_sah.build
     ),
+    "agglomerative": (
+        "Bottom-up, the two closest clusters merged (Walter 2008)", agglomerative.build
+    ),
+    "rtree_insert": (
+        "R-tree, one triangle inserted after the other (Guttman 1984)", rtree_insert.build
+    ),
+    "rtree_str": ("R-tree packed by sort-tile-recursive (Leutenegger 1997)", rtree_str.build),
 }  # fmt: skip
 """For each builder one sentence, and the function that builds."""

@@ -11,16 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.box import Boxes
-from ...geometry.volume import fit
+from ...geometry.kinds import KINDS
+from ...geometry.volume import fit, outside
 from ...kernels import call, kernel
 from ...parallel import for_chunks
-from ...progress import Progress
-
-KINDS: dict[str, tuple[str, Any]] = {
-    "aabb": ("Axis-aligned box", lambda count: Boxes(np.empty((count, 6)))),
-}
-"""For each kind of volume one sentence, and what makes room for a number of them."""
+from ...progress import SILENT, Progress
 
 
 @kernel
@@ -54,3 +49,32 @@ def fit_all(
 
     for_chunks(work, len(begin), 0, progress, "Fitting volumes")
     return volumes
+
+
+@kernel
+def mark_outsiders(volumes, corners, begin, end, tolerance, sticks_out, first, last):
+    """Mark the nodes ``first <= node < last`` of which some triangle sticks out."""
+    for node in range(first, last):
+        sticks_out[node] = False
+        for i in range(begin[node], end[node]):
+            for k in range(3):
+                x, y, z = corners[i, k, 0], corners[i, k, 1], corners[i, k, 2]
+                if not (outside(volumes, node, x, y, z) <= tolerance):
+                    sticks_out[node] = True
+
+
+def sticking_out(
+    volumes: Any, corners: np.ndarray, begin: np.ndarray, end: np.ndarray
+) -> np.ndarray:
+    """Return the nodes of whose triangles one is not inside the node's volume.
+
+    Further than the distance itself is rounded; rays are tested with far more slack.
+    """
+    tolerance = 8 * np.finfo(np.float64).eps * float(np.abs(corners).max())
+    marks = np.empty(len(begin), dtype=bool)
+
+    def work(first: int, last: int) -> None:
+        call(mark_outsiders, volumes, corners, begin, end, tolerance, marks, first, last)
+
+    for_chunks(work, len(begin), 0, SILENT, "Checking volumes")
+    return np.flatnonzero(marks)

@@ -8,14 +8,18 @@ volume is put around each group (:mod:`.fit`).
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ...geometry.box import Boxes, boxes_of
+from ...geometry.box import Boxes, boxes_of, surface_area
+from ...geometry.kdop import KDOPs
+from ...geometry.rays import ULPS
 from ...geometry.triangle import triangles_of
 from ...geometry.volume import MOST_STRIPS
+from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ..cells import Cells
@@ -24,15 +28,19 @@ from ..exhibits import Exhibit
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse
 from .efficiency import Efficiency, hierarchy_efficiency
-from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
-from .exhibits_refit import Moment, refit_over_timeline
-from .exhibits_split_plane import split_planes
-from .fit import fit_all
+from .exhibits import exhibits_of
+from .exhibits_refit import Moment
+from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
 from .overlap import sibling_overlap
 from .settings import BVHSettings
-from .tree import Grouping, Pieces, Primitives, depths_of, linked, ranges_of
+from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
+from .wide import WideTree, widened
+from .wide_walk import WIDE_STACK_SIZE, Wide
+
+MOST_SHAPES = 20_000
+"""Volumes that are drawn in their shape, if they are not boxes."""
 
 
 class BVH(Structure):
@@ -46,6 +54,8 @@ class BVH(Structure):
         SAH cost before the first step of the optimiser and after each.
     history : sequence of Moment
         The animation over which the tree was refitted, if it was.
+    figures : dict
+        What else there is to say about this tree.
     """
 
     name = "bvh"
@@ -53,12 +63,27 @@ class BVH(Structure):
     summary = "Tree of bounding volumes, walked front to back"
     Settings = BVHSettings
 
-    arrays: Binary
+    arrays: Binary | Wide
     pieces: Pieces | None
     costs: list[float]
     history: Sequence[Moment] = ()
+    figures: dict[str, Any]
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
+    BYTES_PER_REFERENCE = 230
+    """What spatial splits take beside that for every reference they are allowed."""
+
+    @classmethod
+    def refuse_too_large(cls, scene: Scene, settings: BVHSettings) -> None:
+        """Refuse what would not fit into memory, as the settings say."""
+        super().refuse_too_large(scene, settings)
+        if settings.builder == "sbvh":
+            per_triangle = cls.BYTES_PER_TRIANGLE + settings.duplication * cls.BYTES_PER_REFERENCE
+            refuse_if_too_large(
+                int(len(scene) * per_triangle),
+                f"sbvh over {len(scene)} triangles with duplication {settings.duplication:g}",
+                "lower duplication or use a smaller scene",
+            )
 
     @classmethod
     def build(cls, scene: Scene, settings: BVHSettings, progress: Progress = SILENT) -> BVH:
@@ -67,22 +92,36 @@ class BVH(Structure):
         grouping, costs = group(scene, settings, progress)
         structure = cls(scene, settings, None, triangles_of(scene, grouping.order))
         structure.pieces, structure.costs = grouping.pieces, costs
-        tree = grouping.tree
+        structure.figures = grouping.figures
+        tree: Tree | WideTree = grouping.tree
+        width = np.full(len(tree.size), 2)
+        if settings.arity != "2":
+            structure.figures |= {"binary": figures_of_binary(grouping.tree, settings)}
+            tree = widened(grouping.tree, int(settings.arity))
+            width = tree.width
         if settings.volume == "aabb":
             volumes = Boxes(tree.boxes)
         else:
-            width = np.full(len(tree.size), 2)
-            begin, end = ranges_of(tree.first, tree.size, width)
-            corners = structure.triangles.corners
-            if grouping.pieces:
-                corners, offsets = grouping.pieces
-                begin, end = offsets[begin], offsets[end]
-            volumes = fit_all(settings.volume, corners, begin, end, progress)
-        structure.arrays = Binary(volumes, tree.first, tree.size)
+            ranges = ranges_of(tree.first, tree.size, width)
+            volumes = fit_all(settings.volume, *structure._referred(*ranges), progress)
+        if isinstance(tree, WideTree):
+            structure.arrays = Wide(volumes, tree.first, tree.size, tree.width)
+        else:
+            structure.arrays = Binary(volumes, tree.first, tree.size)
         return structure
+
+    def _referred(
+        self, begin: np.ndarray, end: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return triangles, and the ranges of them that ranges of references stand for."""
+        if self.pieces is None:
+            return self.triangles.corners, begin, end
+        return self.pieces.corners, self.pieces.offsets[begin], self.pieces.offsets[end]
 
     def width(self) -> np.ndarray:
         """Return how many children every node has, (n_nodes,) int."""
+        if isinstance(self.arrays, Wide):
+            return self.arrays.width
         return np.where(self.arrays.size > 0, 0, 2)
 
     def depths(self) -> np.ndarray:
@@ -90,22 +129,37 @@ class BVH(Structure):
         return depths_of(self.arrays.first, self.arrays.size, self.width())
 
     def cells(self) -> Cells:
-        """Return the volumes of all nodes; a cell's number is its node."""
-        count = self.arrays.size
+        """Return the volumes of all nodes; a cell's number is its node.
+
+        Of volumes that are not boxes, the MOST_SHAPES nodes nearest to the root come as they are,
+        the others as boxes around them: a million 26-DOPs would take three gigabytes.
+        """
+        volumes, count, depth = self.arrays.volumes, self.arrays.size, self.depths()
+        boxes, is_leaf = volumes.boxes(), count > 0
         efficiency = self.efficiency()
         extra = {
             "gain": efficiency.gain,
             "expected_gain": efficiency.expected_gain,
             "overlap": self.overlap(),
         }
+        if isinstance(volumes, Boxes):
+            return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra)
+        shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
+        faces = volumes.polygons(shaped)
+        faces = faces._replace(owners=shaped[faces.owners])
         return Cells.sorted_by_depth(
-            self.arrays.volumes.boxes(), self.depths(), count > 0, count, extra
+            boxes, depth, is_leaf, count, extra, faces=faces, areas=self.areas
         )
+
+    @functools.cached_property
+    def areas(self) -> np.ndarray:
+        """Surface areas of all volumes, (n_nodes,)."""
+        return self.arrays.volumes.areas()
 
     def efficiency(self) -> Efficiency:
         """Return whether each node pays, by the lecture's inequality."""
         return hierarchy_efficiency(
-            self.arrays.volumes.areas(), self.arrays.first, self.arrays.size, self.width(),
+            self.areas, self.arrays.first, self.arrays.size, self.width(),
             self.settings.C_trav, self.settings.C_isect,
         )  # fmt: skip
 
@@ -116,9 +170,10 @@ class BVH(Structure):
     def statistics(self) -> Statistics:
         """Return the figures of the tree; areas are those of the volumes themselves."""
         count = self.arrays.size
-        areas = self.arrays.volumes.areas()
+        areas = self.areas
         is_inner, efficiency = count == 0, self.efficiency()
-        extra = {
+        extra = self.figures | {
+            "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0]),
             "overlap": float(self.overlap()[is_inner].mean()) if is_inner.any() else 0.0,
             "nodes_not_paying": int((efficiency.gain[is_inner] <= 0.0).sum()),
             "nodes_not_paying_expected": int((efficiency.expected_gain[is_inner] <= 0.0).sum()),
@@ -130,42 +185,56 @@ class BVH(Structure):
 
     def memory(self) -> int:
         """Return the bytes of the tree and its volumes."""
-        arrays = [*self.arrays.volumes, self.arrays.first, self.arrays.size]
-        return sum(array.nbytes for array in arrays)
+        volumes, *others = self.arrays
+        return sum(array.nbytes for array in (*volumes, *others))
 
     def _workspace(self) -> Any:
-        return VolumeWorkspace(
-            np.empty(STACK_SIZE, np.int32), np.empty(STACK_SIZE), np.empty((MOST_STRIPS, 3))
-        )
+        size = WIDE_STACK_SIZE if isinstance(self.arrays, Wide) else STACK_SIZE
+        return VolumeWorkspace(np.empty(size, np.int32), np.empty(size), np.empty((MOST_STRIPS, 3)))
 
     def exhibits(self) -> list[Exhibit]:
-        """Return what else there is to show of this hierarchy."""
-        exhibits = [split_planes(self), nodes_not_paying(self), overlapping_siblings(self)]
-        return exhibits + ([refit_over_timeline(self)] if self.history else [])
+        """Return what there is to show of the tree and of how it was built."""
+        return exhibits_of(self)
 
     def validate(self) -> list[str]:
         """Check that leaves partition the triangles and that volumes contain what is below."""
         violations = []
-        first, count = self.arrays.first, self.arrays.size
-        boxes = self.arrays.volumes.boxes()
+        volumes, first, count = self.arrays.volumes, self.arrays.first, self.arrays.size
         leaves = np.flatnonzero(count > 0)
         covered = np.concatenate([np.arange(first[n], first[n] + count[n]) for n in leaves])
-        if not np.array_equal(np.sort(covered), np.arange(len(self.scene))):
-            violations.append("the leaves do not partition the triangles")
-        if not np.array_equal(np.sort(self.triangles.ids), np.arange(len(self.scene))):
-            violations.append("the order of the triangles is not a permutation")
+        ids = self.triangles.ids
+        if not np.array_equal(np.sort(covered), np.arange(len(ids))):
+            violations.append("the leaves do not partition the references")
+        if not np.array_equal(np.unique(ids), np.arange(len(self.scene))):
+            violations.append("a triangle is referenced nowhere")
         inner = np.flatnonzero(count == 0)
-        children = np.concatenate([first[inner], first[inner] + 1])
+        widths = self.width()
+        width = widths[inner]
+        rank = np.arange(width.sum()) - np.repeat(np.cumsum(width) - width, width)
+        children = np.repeat(first[inner], width) + rank
         if not np.array_equal(np.sort(children), np.arange(1, len(count))):
             violations.append("a node has no parent or several")
-        union_low = np.minimum(boxes[first[inner], :3], boxes[first[inner] + 1, :3])
-        union_high = np.maximum(boxes[first[inner], 3:], boxes[first[inner] + 1, 3:])
-        if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
-            violations.append("a node's box is not the union of its children's")
-        own = boxes_of(self.scene.triangles[self.triangles.ids[covered]])
-        leaf_boxes = boxes[np.repeat(leaves, count[leaves])]
-        if (own[:, :3] < leaf_boxes[:, :3]).any() or (own[:, 3:] > leaf_boxes[:, 3:]).any():
-            violations.append("a triangle sticks out of its leaf")
+        elif isinstance(volumes, Boxes | KDOPs) and (
+            not volumes.contain(np.repeat(inner, width), children).all()
+        ):
+            violations.append("a node does not contain a child")
+        if isinstance(volumes, Boxes) and len(inner) and not violations:
+            boxes, starts = volumes.rows, np.cumsum(width) - width
+            union_low = np.minimum.reduceat(boxes[children, :3], starts)
+            union_high = np.maximum.reduceat(boxes[children, 3:], starts)
+            if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
+                violations.append("a node's box is not the union of its children's")
+        if not violations:
+            outsiders = sticking_out(volumes, *self._referred(*ranges_of(first, count, widths)))
+            if len(outsiders):
+                violations.append(f"triangles stick out of {len(outsiders)} nodes")
+        if self.pieces is not None and not violations:
+            own = boxes_of(self.pieces.corners)
+            starts = self.pieces.offsets[:-1]
+            low = np.minimum.reduceat(own[:, :3], starts)
+            high = np.maximum.reduceat(own[:, 3:], starts)
+            if not covers(self.scene.triangles, ids, np.concatenate([low, high], axis=1)):
+                violations.append("the pieces of a triangle do not cover it")
         return violations
 
 
@@ -191,7 +260,54 @@ def group(scene: Scene, settings: BVHSettings, progress: Progress) -> tuple[Grou
     rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
     collapsed, order = collapse(tree, rule)
     # A reference that a leaf holds now was number order[i] for the builder.
-    return Grouping(collapsed, grouping.order[order], reordered(grouping.pieces, order)), costs
+    pieces = reordered(grouping.pieces, order)
+    return Grouping(collapsed, grouping.order[order], pieces, grouping.figures), costs
+
+
+WEIGHTS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4.0
+"""Points of a triangle as weights of its corners: corners, and others evenly between."""
+
+
+def covers(triangles: np.ndarray, ids: np.ndarray, boxes: np.ndarray) -> bool:
+    """Say whether every triangle is inside the boxes of its references.
+
+    With a single reference its box has to contain the whole triangle. With several, every one of
+    the points WEIGHTS has to be in one of the boxes, or as near as rounding allows.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) float64
+    ids : (m,) int
+        The triangle of each reference.
+    boxes : (m, 6) float64
+    """
+    own = boxes_of(triangles)[ids]
+    is_inside = (own[:, :3] >= boxes[:, :3]).all(axis=1) & (own[:, 3:] <= boxes[:, 3:]).all(axis=1)
+    is_single = np.bincount(ids, minlength=len(triangles))[ids] == 1
+    several, part = ids[~is_single], boxes[~is_single]
+    slack = ULPS * np.abs(triangles).max(axis=(0, 1))
+    found = np.zeros((len(triangles), len(WEIGHTS)), dtype=bool)
+    for place, weights in enumerate(WEIGHTS):
+        points = np.einsum("k,nkc->nc", weights, triangles[several])
+        inside = (points >= part[:, :3] - slack) & (points <= part[:, 3:] + slack)
+        found[several[inside.all(axis=1)], place] = True
+    return bool(is_inside[is_single].all() and found[several].all())
+
+
+def figures_of_binary(tree: Tree, settings: BVHSettings) -> dict[str, float]:
+    """Return what a wide tree is compared with: figures of the binary one, with boxes around."""
+    size = tree.size
+    areas = surface_area(tree.boxes)
+    figures = Statistics.of_cells(
+        areas, size > 0, size, np.zeros(len(size), np.int64), float(areas[0]),
+        settings.C_trav, settings.C_isect,
+    )  # fmt: skip
+    return {
+        "N_IN": figures.N_IN,
+        "sah": figures.sah,
+        "expected_inner": figures.expected_inner,
+        "expected_volume_tests": 1.0 + 2.0 * figures.expected_inner,
+    }
 
 
 def reordered(pieces: Pieces | None, order: np.ndarray) -> Pieces | None:

@@ -10,7 +10,6 @@ all the triangles below, as by the build.
 
 from __future__ import annotations
 
-import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -87,8 +86,7 @@ def refit(structure: BVH, scene: Scene, progress: Progress = SILENT) -> BVH:
         begin, end = ranges_of(arrays.first, arrays.size, width)
         kind = structure.settings.volume
         volumes = fit_all(kind, triangles.corners, begin, end, progress)
-    moved = copy.copy(structure)
-    moved.scene, moved.triangles = scene, triangles
-    moved.arrays = arrays._replace(volumes=volumes)
+    moved = type(structure)(scene, structure.settings, arrays._replace(volumes=volumes), triangles)
+    moved.pieces, moved.costs, moved.figures = None, [], {}
     progress.report(1, 1, "Refitting bvh")
     return moved

@@ -10,6 +10,12 @@ from .builders import BUILDERS
 from .fit import KINDS
 from .optimisers import OPTIMISERS
 
+TOP_DOWN = (
+    "spatial_median", "object_median", "sweep_sah", "binned_sah", "parallel_sah", "sbvh"
+)  # fmt: skip
+BINNED = "binned_sah", "parallel_sah", "hlbvh", "sbvh"
+MORTON = "lbvh", "lbvh_parallel", "hlbvh", "ploc"
+
 
 @dataclass(frozen=True)
 class BVHSettings:
@@ -29,6 +35,7 @@ class BVHSettings:
             "best": "Whichever is best: by cost, or for medians the longest",
             "round_robin": "x, y and z in turn",
         },
+        only_for={"builder": TOP_DOWN},
     )
     volume: str = setting(
         "aabb",
@@ -57,7 +64,13 @@ class BVHSettings:
         maximum=1024,
     )
     bins: int = setting(
-        16, "Bins", "Candidate intervals per axis", unit="bins", minimum=2, maximum=64
+        16,
+        "Bins",
+        "Candidate intervals per axis",
+        unit="bins",
+        minimum=2,
+        maximum=64,
+        only_for={"builder": BINNED},
     )
     radius: int = setting(
         14,
@@ -66,12 +79,24 @@ class BVHSettings:
         unit="clusters",
         minimum=1,
         maximum=512,
+        only_for={"builder": ("ploc",)},
     )
     morton_bits: str = setting(
         "63",
         "Morton Bits",
-        "Length of Morton codes, for LBVH, HLBVH and PLOC",
+        "Length of Morton codes",
         choices={"30": "10 bits per axis", "63": "21 bits per axis"},
+        only_for={"builder": MORTON},
+    )
+    rtree_split: str = setting(
+        "quadratic",
+        "R-tree Split",
+        "How a full node of an R-tree is shared out between two",
+        choices={
+            "quadratic": "The pair that wastes most surface apart, the most decided entry next",
+            "linear": "The pair farthest apart along an axis, then the others as they come",
+        },
+        only_for={"builder": ("rtree_insert",)},
     )
     duplication: float = setting(
         2.0,
@@ -79,6 +104,7 @@ class BVHSettings:
         "Most references that spatial splits may make, per triangle",
         minimum=1.0,
         maximum=16.0,
+        only_for={"builder": ("sbvh",)},
     )
     C_trav: float = traversal_cost()
     C_isect: float = intersection_cost()

@@ -10,8 +10,8 @@ handier: :func:`linked` makes one, :func:`.collapse.collapse` makes a grouping o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -85,6 +85,23 @@ class Pieces(NamedTuple):
     offsets: np.ndarray
 
 
+class Splits(NamedTuple):
+    """The planes by which a tree was built from the top down.
+
+    A split is known by the place in the order of references where it cuts: the first reference of
+    the right child.
+
+    Attributes
+    ----------
+    axis : (n_references,) int8
+        -1 where a node was split by index, and where there is no split.
+    position : (n_references,) float64
+    """
+
+    axis: np.ndarray
+    position: np.ndarray
+
+
 @dataclass(frozen=True)
 class Grouping:
     """What a builder makes.
@@ -97,11 +114,17 @@ class Grouping:
         subtree do, too.
     pieces : Pieces, optional
         None if every reference stands for its whole triangle.
+    figures : dict
+        Figures of this builder only, for the statistics.
+    splits : Splits, optional
+        Of builders that split by planes.
     """
 
     tree: Tree
     order: np.ndarray
     pieces: Pieces | None = None
+    figures: dict[str, Any] = field(default_factory=dict)
+    splits: Splits | None = None
 
 
 @kernel

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...geometry.box import boxes_of
+from ...geometry.clip import POLYGON_SIZE, add_clipped_areas
 from ...geometry.rays import ULPS
 from ...geometry.triangle import Triangles, triangles_of
 from ...kernels import call
@@ -41,7 +42,6 @@ from ..subdivision.settings import (
 )
 from ..subdivision.structure import Subdivision, Topology, padded_box
 from .builder import ASIDE, Builder, Meter
-from .clip import POLYGON_SIZE, add_clipped_areas
 from .sah import SweepPlanes, start_sweep
 from .static import RULES, StaticPlanes, start_static
 from .storage import KdTreeArrays, Piece, breadth_first_steps, store, topology_of

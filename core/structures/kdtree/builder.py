@@ -14,10 +14,10 @@ import numpy as np
 
 from ...errors import InputError
 from ...geometry.box import area_of
+from ...geometry.clip import divide_reference
 from ...kernels import call, dispatched, kernel
 from ...progress import Cancelled, Progress
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, drop, is_empty, peek, put
-from .clip import divide_reference
 from .storage import Piece
 from .work import (
     AXIS,

@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...geometry.clip import POLYGON_SIZE
 from ...kernels import kernel
 from ...memory import refuse_if_too_large
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, enlarged, make_frontier
-from .clip import POLYGON_SIZE
 
 LEAF = 3
 """Axis of a node that is not split."""

@@ -1,4 +1,4 @@
-"""Clipping triangles to cells: what makes the splits of a kd-tree "perfect".
+"""Clipping triangles to boxes: what makes the splits of a kd-tree "perfect".
 
 A triangle that straddles a plane belongs to both children. The box of the part inside a child is
 mostly smaller than the triangle's own box cut at the plane, and the smaller the boxes, the better
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kernels import inner, kernel
+from ..kernels import inner, kernel
 
 POLYGON_SIZE = 10
 """Corners of a polygon: three, and one more for each of six planes, with room."""

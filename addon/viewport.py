@@ -1,0 +1,68 @@
+"""The 3D viewport: look at given points, whatever else is in the scene.
+
+Blender's own View Selected knows objects only.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ..core.evaluation.view import MARGIN, Slopes, standpoint
+
+SENSOR = 36.0
+"""Tangent between the middle and the border of a viewport's larger side, times its lens."""
+
+
+def look_at(area: bpy.types.Area, points: np.ndarray) -> None:
+    """Move a viewport, not turn it, so that it just shows all points beside its sidebar.
+
+    Parameters
+    ----------
+    area : bpy.types.Area
+        Of type ``VIEW_3D``.
+    points : (n, 3) float64
+        At least one.
+    """
+    space = area.spaces.active
+    view = space.region_3d
+    if view.view_perspective == "CAMERA":
+        view.view_perspective = "PERSP"
+    # Blender looks along the third axis, backwards.
+    axes = np.array(view.view_rotation.to_matrix()).T * [[1], [1], [-1]]
+    seen = points @ axes.T
+    slopes = slopes_of(area, space.lens)
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    middle = 0.5 * (low + high)
+    if view.view_perspective == "PERSP":
+        place = standpoint(seen, slopes)
+        distance = max(middle[2] - place[2], space.clip_start)
+        middle[:2] = place[:2]
+    else:
+        # Parallel rays: the distance only says how much is seen.
+        needed = [size / sum(slope) for size, slope in zip(high - low, slopes, strict=False)]
+        distance = max(*needed, space.clip_start)
+        middle[:2] += [0.5 * (before - behind) * distance for before, behind in slopes]
+    view.view_distance = distance
+    view.view_location = Vector(middle @ axes)
+
+
+def slopes_of(area: bpy.types.Area, lens: float) -> Slopes:
+    """Return how far a viewport shows to the left and right, down and up, per distance forward.
+
+    What the toolbar and the sidebar cover does not count.
+    """
+    regions = {region.type: region for region in area.regions}
+    window = regions["WINDOW"]
+    covered = {"LEFT": 0, "RIGHT": 0}
+    if bpy.context.preferences.system.use_region_overlap:
+        for kind in ("TOOLS", "UI"):
+            region = regions[kind]
+            if region.alignment in covered and region.width > 1:
+                covered[region.alignment] += region.width
+    larger = max(window.width, window.height)
+    unit = MARGIN * SENSOR / lens / larger
+    half_width, half_height = unit * window.width, unit * window.height
+    left, right = (half_width - 2 * unit * covered[side] for side in ("LEFT", "RIGHT"))
+    return (left, right), (half_height, half_height)

@@ -1,0 +1,62 @@
+"""Pictures of exhibits: up to four frames of each, for the page beside the pictures of cells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..outlines import corners_of
+from ..scene import Scene
+from ..structures.exhibits import Exhibit, Frame
+from .view import View, camera_around, picture_camera
+
+MOST_FRAMES = 4
+"""Frames of an exhibit on the page: the first, the last, and even steps between them."""
+
+REDUCTION = 1.5
+"""Pictures of frames are smaller than others, since several stand in a row."""
+
+
+@dataclass(frozen=True)
+class FramePicture:
+    """A frame as a picture: its number, its caption, and the image (rows, columns, 3)."""
+
+    number: int
+    caption: str
+    image: np.ndarray
+
+
+class ExhibitPainter:
+    """Draws the exhibits of one scene; the mesh seen by the usual camera is rendered once."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.corners = corners_of(np.concatenate([scene.lower, scene.upper])[None])[0]
+        camera = picture_camera(scene)
+        if scene.camera is None:
+            camera = camera_around(camera, self.corners)
+        self.usual = View(scene, camera, REDUCTION)
+
+    def pictures_of(self, exhibit: Exhibit) -> list[FramePicture]:
+        """Draw some frames of an exhibit, all seen from the same place."""
+        numbers = frames_to_show(exhibit.count)
+        frames = [exhibit.frame(number) for number in numbers]
+        view = self._view_of(frames)
+        return [
+            FramePicture(number, frame.caption, view.with_lines(frame.segments, frame.colours))
+            for number, frame in zip(numbers, frames, strict=True)
+        ]
+
+    def _view_of(self, frames: list[Frame]) -> View:
+        """Return the usual view if all is seen in it; charts often stand beside the model."""
+        points = np.concatenate([frame.segments.reshape(-1, 3) for frame in frames])
+        if self.usual.sees(points):
+            return self.usual
+        around = camera_around(self.usual.camera, np.concatenate([points, self.corners]))
+        return View(self.scene, around, REDUCTION)
+
+
+def frames_to_show(count: int) -> list[int]:
+    """Return the numbers of the frames that the page shows, ascending."""
+    return sorted({round(i) for i in np.linspace(0, count - 1, min(count, MOST_FRAMES))})

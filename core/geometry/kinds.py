@@ -1,0 +1,39 @@
+"""The kinds of bounding volumes by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .box import Boxes
+from .kdop import DIRECTIONS, KDOPs
+from .obb import OBBs
+from .sphere import Spheres
+
+
+def make_spheres(count: int, smallest: bool) -> Spheres:
+    """Return room for spheres."""
+    return Spheres(np.empty((count, 4)), np.array([smallest]))
+
+
+def make_kdops(count: int, k: int) -> KDOPs:
+    """Return room for k-DOPs."""
+    return KDOPs(np.empty((count, k)), np.array(DIRECTIONS[k], dtype=np.float64))
+
+
+KINDS: dict[str, tuple[str, Callable[[int], Any]]] = {
+    "aabb": ("Axis-aligned box", lambda count: Boxes(np.empty((count, 6)))),
+    "sphere": ("Sphere, found fast (Ritter 1990)", lambda count: make_spheres(count, False)),
+    "smallest_sphere": ("The smallest sphere", lambda count: make_spheres(count, True)),
+    "obb": (
+        "Box along the directions of the surface (Gottschalk 1996)",
+        lambda count: OBBs(np.empty((count, 15))),
+    ),
+    "kdop6": ("Three strips: an axis-aligned box", lambda count: make_kdops(count, 6)),
+    "kdop14": ("Seven strips: a box without its corners", lambda count: make_kdops(count, 14)),
+    "kdop18": ("Nine strips: a box without its edges", lambda count: make_kdops(count, 18)),
+    "kdop26": ("Thirteen strips: neither corners nor edges", lambda count: make_kdops(count, 26)),
+}
+"""For each kind of volume one sentence, and what makes room for a number of them."""

@@ -1,0 +1,89 @@
+"""Exhibits of a finished hierarchy, whoever built it."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...colours import INNER_COLOUR, depth_colours
+from ...outlines import wires_of
+from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
+from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
+from .exhibits_refit import refit_over_timeline
+from .exhibits_split_plane import split_planes
+
+if TYPE_CHECKING:
+    from ...outlines import Wires
+    from ..cells import Cells
+    from .hierarchy import BVH
+
+
+def exhibits_of(bvh: BVH) -> list[Exhibit]:
+    """Return what there is to show of a hierarchy and of how it was built."""
+    exhibits = [
+        levels(bvh),
+        split_planes(bvh),
+        nodes_not_paying(bvh),
+        overlapping_siblings(bvh),
+    ]
+    if bvh.history:
+        exhibits.append(refit_over_timeline(bvh))
+    return exhibits
+
+
+FAINT = 0.35
+"""Opacity of what is not the subject of a frame."""
+
+
+def levels(bvh: BVH) -> Exhibit:
+    """Return the hierarchy level by level, as on the lecture's slides of k-DOP trees.
+
+    Leaves above the level are drawn, too, so that the volumes of each frame contain everything.
+    """
+    cells_of = functools.cache(bvh.cells)
+    deepest = int(bvh.depths().max())
+
+    def frame(level: int) -> Frame:
+        cells = cells_of()
+        areas = cells.attributes()["area"]
+        on_level = cells.depth == level
+        above = cells.is_leaf & (cells.depth < level)
+        places, wires = largest(cells, areas, np.flatnonzero(on_level | above))
+        bright = on_level[wires.edge_owners()]
+        colours = np.empty((len(bright), 4))
+        colours[~bright] = *INNER_COLOUR, FAINT
+        colours[bright] = *depth_colours(np.array([level]), deepest)[0], 1.0
+
+        n_leaves, n_above = int((on_level & cells.is_leaf).sum()), int(above.sum())
+        parts = [f"Level {level} of {deepest}: {counted(int(on_level.sum()), 'node', 'nodes')}"]
+        if n_leaves:
+            parts.append(f"{counted(n_leaves, 'leaf', 'leaves')} among them")
+        if n_above:
+            parts.append(f"grey: {counted(n_above, 'leaf', 'leaves')} above")
+        if areas[0] > 0.0:
+            share = areas[on_level | above].sum() / areas[0]
+            parts.append(f"together {share:.2f} times the root's surface")
+        if len(places) < (on_level | above).sum():
+            parts.append(f"drawn: the {counted(len(places), 'largest', 'largest')}")
+        return Frame(wires.segments(), colours, "; ".join(parts))
+
+    return Exhibit(
+        "levels", "Levels", "The volumes of one level after the other", deepest + 1, frame
+    )
+
+
+def largest(cells: Cells, areas: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, Wires]:
+    """Return as many of some cells as one frame can show, the largest, and their edges."""
+    wires = wires_of(cells, places)
+    if len(wires.edges) > MOST_SEGMENTS:
+        most = max(MOST_SEGMENTS * len(places) // len(wires.edges), 1)
+        places = np.sort(places[np.argsort(-areas[places], kind="stable")[:most]])
+        wires = wires_of(cells, places)
+    return places, wires
+
+
+def counted(number: int, one: str, many: str) -> str:
+    """Return a number with its noun: ``"1 node"``, ``"1 203 nodes"``."""
+    return f"{number:,} {one if number == 1 else many}".replace(",", " ")

@@ -1,0 +1,56 @@
+"""Panel: exhibits of the structure, frame by frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..addon import jobs, properties, session
+from .base import SidebarPanel, draw_job, draw_wrapped
+
+
+class VIEW3D_PT_accelscope_exhibits(SidebarPanel, bpy.types.Panel):
+    bl_label = "Exhibits"
+    bl_order = 2
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        if properties.is_loaded():
+            self.layout.prop(context.scene.accelscope.exhibits, "show", text="")
+
+    def draw_loaded(
+        self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any
+    ) -> None:
+        group, showcase = root.exhibits, session.current.showcase
+        exhibit = showcase.chosen(group)
+        if exhibit is None:
+            built = session.current.built
+            text = f"{built.structure.label} has none" if built else "Nothing has been built yet"
+            layout.label(text=text)
+            return
+        layout.active = group.show
+        layout.prop(group, "exhibit")
+        row = layout.row(align=True)
+        row.prop(group, "frame")
+        row.operator("accelscope.step_frame", text="", icon="TRIA_LEFT").by = -1
+        row.operator("accelscope.step_frame", text="", icon="TRIA_RIGHT").by = 1
+        layout.prop(group, "alone")
+        layout.operator("accelscope.view_exhibit", icon="ZOOM_SELECTED")
+
+        job, width = jobs.running(), context.region.width
+        if job:
+            draw_job(layout, job)
+        elif showcase.shown != showcase.wanted(group):
+            layout.operator("accelscope.show_frame")
+        lines = layout.column(align=True)
+        frame = showcase.frame_shown
+        if showcase.shown is None or frame is None:
+            draw_wrapped(lines, exhibit.description, "NONE", width)
+            return
+        text = f"Frame {showcase.shown.frame} of {exhibit.count - 1}"
+        draw_wrapped(lines, text, "NONE", width)
+        draw_wrapped(lines, frame.caption, "NONE", width)
+
+
+CLASSES = (VIEW3D_PT_accelscope_exhibits,)

@@ -1,0 +1,144 @@
+"""Every exhibit of every structure, and the pictures that are made of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from accelscope.core.evaluation.exhibit_pictures import ExhibitPainter, frames_to_show
+from accelscope.core.evaluation.experiment import Built, make_record, trace
+from accelscope.core.evaluation.pictures import Gallery
+from accelscope.core.evaluation.view import BACKGROUND
+from accelscope.core.evaluation.workloads import workload_named
+from accelscope.core.structures import structures
+from accelscope.core.structures.contract import Structure
+from accelscope.core.structures.exhibits import MOST_SEGMENTS, Exhibit, Frame
+
+SMALL_SCENES = "suzanne", "one", "mess", "flat"
+
+
+def check_frame(frame):
+    """Assert that a frame can be drawn."""
+    count = len(frame.segments)
+    assert frame.segments.shape == (count, 2, 3)
+    assert frame.colours.shape == (count, 4)
+    assert count <= MOST_SEGMENTS
+    assert np.isfinite(frame.segments).all()
+    assert ((frame.colours >= 0.0) & (frame.colours <= 1.0)).all()
+    assert frame.caption
+    assert frame.caption == frame.caption.strip()
+
+
+@pytest.mark.parametrize("scene", SMALL_SCENES)
+def test_frames_can_be_drawn(scene, lab, build):
+    for name, text in lab.ALL_VARIANTS:
+        if structures()[name].exhibits is not Structure.exhibits:
+            check_exhibits(build(name, lab.small_scene(scene), text).exhibits())
+
+
+def check_exhibits(exhibits):
+    """Assert that exhibits have what panel, page and overlay need."""
+    names = [exhibit.name for exhibit in exhibits]
+    assert len(set(names)) == len(names)
+    for exhibit in exhibits:
+        assert exhibit.name.isidentifier()
+        assert exhibit.label
+        assert exhibit.description
+        assert not exhibit.description.endswith(".")
+        assert exhibit.count >= 1
+        for number in frames_to_show(exhibit.count):
+            check_frame(exhibit.frame(number))
+
+
+def test_frames_are_made_without_touching_the_structure(lab, build):
+    structure = build("bvh", lab.small_scene("suzanne"))
+    before = structure.cells(), structure.triangles.ids.copy()
+    for exhibit in structure.exhibits():
+        for number in frames_to_show(exhibit.count):
+            exhibit.frame(number)
+            again = exhibit.frame(number)
+            np.testing.assert_array_equal(again.segments, exhibit.frame(number).segments)
+    np.testing.assert_array_equal(structure.cells().boxes, before[0].boxes)
+    np.testing.assert_array_equal(structure.triangles.ids, before[1])
+
+
+# ---------------------------------------------------------------------------------------- levels
+
+
+def test_levels(lab, build):
+    structure = build("bvh", lab.small_scene("suzanne"))
+    cells = structure.cells()
+    (levels,) = (each for each in structure.exhibits() if each.name == "levels")
+    assert levels.count == cells.depth.max() + 1
+    for level in (0, 3, levels.count - 1):
+        frame = levels.frame(level)
+        shown = (cells.depth == level) | (cells.is_leaf & (cells.depth < level))
+        assert len(frame.segments) == 12 * shown.sum()
+        bright = frame.colours[:, 3] == 1.0
+        assert bright.sum() == 12 * (cells.depth == level).sum()
+        low, high = frame.segments.min(axis=(0, 1)), frame.segments.max(axis=(0, 1))
+        # Whatever the level, what is drawn contains the scene.
+        np.testing.assert_array_equal([low, high], [structure.scene.lower, structure.scene.upper])
+    assert levels.frame(0).caption.startswith(f"Level 0 of {levels.count - 1}: 1 node; together 1")
+
+
+def test_levels_of_many_nodes_show_the_largest(build):
+    from accelscope.sample_scenes import make_sample
+
+    structure = build("bvh", make_sample("suzanne"), "max_leaf_size=1")
+    levels = structure.exhibits()[0]
+    frame = max((levels.frame(i) for i in range(levels.count)), key=lambda f: len(f.segments))
+    shown = MOST_SEGMENTS // 12
+    assert len(frame.segments) == 12 * shown
+    assert frame.caption.endswith(f"drawn: the {shown // 1000} {shown % 1000} largest")
+
+
+# -------------------------------------------------------------------------------------- pictures
+
+
+@pytest.mark.parametrize(
+    ("count", "shown"), [(1, [0]), (2, [0, 1]), (4, [0, 1, 2, 3]), (11, [0, 3, 7, 10])]
+)
+def test_frames_to_show(count, shown):
+    assert frames_to_show(count) == shown
+
+
+def exhibit_at(points):
+    """Return an exhibit with a black line between two points, the second frame without any."""
+    segments = np.array([points], dtype=float)
+    frames = [
+        Frame(segments, np.array([[0.0, 0, 0, 1]]), "a line"),
+        Frame(segments[:0], np.zeros((0, 4)), "nothing"),
+    ]
+    return Exhibit("example", "Example", "A line <and> nothing", 2, frames.__getitem__)
+
+
+def test_what_stands_beside_the_model_is_in_the_picture(lab):
+    scene = lab.small_scene("cubes")
+    painter = ExhibitPainter(scene)
+    inside = painter.pictures_of(exhibit_at([scene.lower, scene.upper]))
+    np.testing.assert_allclose(inside[1].image[0, 0], BACKGROUND)
+    assert [each.caption for each in inside] == ["a line", "nothing"]
+    far = scene.upper + np.array([9.0, 0, 0])
+    line, nothing = painter.pictures_of(exhibit_at([far, far + np.array([0, 0, 2.0])]))
+    assert (line.image != nothing.image).any(axis=2).sum() > 20
+    # The model is in it, too, and smaller than before.
+    sizes = [(each.image != BACKGROUND).any(axis=2).sum() for each in (inside[1], nothing)]
+    assert 500 < sizes[1] < sizes[0]
+
+
+def test_the_page_shows_all_exhibits(tmp_path, lab, build, monkeypatch):
+    structure = build("naive", lab.small_scene("cubes"))
+    exhibit = exhibit_at([structure.scene.lower, structure.scene.upper])
+    monkeypatch.setattr(type(structure), "exhibits", lambda self: [exhibit])
+    built = Built(structure, 1.0)
+    workload = workload_named("random_lines")
+    record = make_record(built, trace(built, workload, workload.Settings(count=10)))
+    gallery = Gallery(tmp_path)
+    gallery.add(built, [record])
+    gallery.write_page()
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert "<h3>Example</h3><p>A line &lt;and&gt; nothing</p>" in page
+    for number, caption in ((0, "a line"), (1, "nothing")):
+        file = f"cubes-naive-example-{number}.png"
+        assert (tmp_path / file).is_file()
+        assert f'<img src="{file}" alt="{caption}"><figcaption>{caption}</figcaption>' in page

@@ -1,0 +1,205 @@
+"""A tour through the exhibits in a real Blender window; see tour.py for how to run it.
+
+Each exhibit of each builder is shown once: two of its frames, with all of it in view.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+from guide import (
+    HEADER,
+    build,
+    changed,
+    install,
+    note,
+    open_panel,
+    open_wide_tab,
+    over_viewport,
+    results,
+    running,
+    sample,
+    session,
+    settings,
+    station,
+    taken,
+)
+from session import Steps
+
+
+def group() -> Any:
+    """Return what the panel of exhibits shows."""
+    return settings().exhibits
+
+
+def items(group: Any, name: str) -> list[str]:
+    """Return the identifiers of a choice."""
+    return [item.identifier for item in group.bl_rna.properties[name].enum_items]
+
+
+def seen(name: str) -> Steps:
+    """Wait until the frame that the panel asks for is drawn, and take a screenshot."""
+    showcase = results().showcase
+    yield lambda: running() is None and showcase.shown == showcase.wanted(group())
+    over_viewport()
+    yield 0.5
+    station(name)
+
+
+@session.step
+def install_zip() -> None:
+    """The zip installs into a Blender nobody has used before."""
+    install()
+
+
+@session.step
+def open_tab() -> Steps:
+    """The panel of exhibits is there, and is closed."""
+    yield from open_wide_tab()
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.ops.object.delete()
+    sample("suzanne")
+    yield from build()
+    over_viewport()
+    yield 0.5
+    station("built")
+
+
+@session.step
+def show() -> Steps:
+    """The check box in the header shows the first exhibit, and hides the cells."""
+    yield from open_panel("exhibits.show")
+    yield from session.press("exhibits.show", across=HEADER)
+    assert group().show
+    yield from seen("levels-0")
+    assert results().showcase.shown == ("levels", 0)
+    assert changed(taken["built"], taken["levels-0"]) > 2000
+
+
+@session.step
+def step_frames() -> Steps:
+    """The buttons step through the frames, the field takes a number and can be dragged."""
+    x, y = yield from session.find("step_frame(by=1")
+    session.click(x, y)
+    yield 0.3
+    assert group().frame == 1
+    session.click(x, y)
+    yield 0.3
+    yield from session.press("step_frame(by=-1", across=0.84)
+    assert group().frame == 1
+    yield from session.enter("exhibits.frame", "4")
+    assert group().frame == 4
+    yield from seen("levels-4")
+    assert changed(taken["levels-0"], taken["levels-4"]) > 2000
+    x, y = yield from session.find("exhibits.frame")
+    yield from session.drag((x, y), (x + 60, y))
+    assert group().frame > 4
+    yield from seen("levels-dragged")
+
+
+@session.step
+def with_cells() -> Steps:
+    """The cells can stay."""
+    yield from session.press("exhibits.alone")
+    assert not group().alone
+    yield from seen("with-cells")
+    yield from session.press("exhibits.alone")
+
+
+@session.step
+def slow_frame() -> Steps:
+    """A frame that takes long is a job: the one before stays, Esc stops it, a button retries."""
+    showcase = results().showcase
+    levels = showcase.exhibits[0]
+
+    def frame(number: int) -> Any:
+        time.sleep(4.0)
+        return levels.frame(number)
+
+    showcase.exhibits = [
+        dataclasses.replace(levels, name="slow", label="Slow", frame=frame), *showcase.exhibits[1:]
+    ]  # fmt: skip
+    before = showcase.shown
+    started = time.monotonic()
+    group().frame = 2
+    assert time.monotonic() - started < 1.0
+    yield 1.0
+    assert running()
+    assert showcase.shown == before
+    station("slow-frame")
+    over_viewport()
+    pressed = time.monotonic()
+    session.key("Escape")
+    yield lambda: running() is None
+    note("escape_seconds", round(time.monotonic() - pressed, 2))
+    assert time.monotonic() - pressed < 1.5
+    yield 0.5
+    station("slow-frame-stopped")
+    yield from session.press("accelscope.show_frame(")
+    assert running()
+    yield from seen("slow-frame-made")
+    assert showcase.shown == ("slow", 2)
+    group().chosen = ""
+
+
+@session.step
+def choose() -> Steps:
+    """The list of exhibits drops down."""
+    yield from build()
+    yield from session.press("exhibits.exhibit")
+    yield 0.5
+    station("list")
+    session.key("Escape")
+    yield 0.5
+
+
+@session.step
+def every_exhibit() -> Steps:
+    """Each exhibit of each builder and optimiser, once, all of it in view."""
+    known: set[str] = set()
+    bvh = settings().structures.bvh
+    for setting in ("builder", "optimise"):
+        for choice in items(bvh, setting):
+            setattr(bvh, setting, choice)
+            yield from build()
+            for exhibit in results().showcase.exhibits:
+                if exhibit.name in known:
+                    continue
+                known.add(exhibit.name)
+                started = time.monotonic()
+                group().exhibit = exhibit.name
+                for number in sorted({exhibit.count // 2, exhibit.count - 1}):
+                    group().frame = number
+                    yield lambda: running() is None
+                    bpy.ops.accelscope.view_exhibit()
+                    yield from seen(f"{choice}-{exhibit.name}-{number}")
+                note(f"seconds {exhibit.name}", round(time.monotonic() - started, 2))
+        bvh.property_unset(setting)
+    group().show = False
+
+
+@session.step
+def every_volume() -> Steps:
+    """The volumes of all kinds, two levels of each."""
+    bvh = settings().structures.bvh
+    display = settings().display
+    display.depth_min = display.depth_max = 3
+    for volume in items(bvh, "volume"):
+        bvh.volume = volume
+        yield from build()
+        over_viewport()
+        yield 0.5
+        station(f"volume-{volume}")
+    bvh.property_unset("volume")
+    display.property_unset("depth_min")
+    display.property_unset("depth_max")
+
+
+session.run()
