@@ -14,6 +14,7 @@ from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
 from .exhibits_kdop import kdop_levels
 from .exhibits_rearranging import rearranging_exhibits
 from .exhibits_refit import refit_over_timeline
+from .exhibits_sbvh import spatial_splits
 from .exhibits_split_plane import split_planes
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
         *rearranging_exhibits(bvh),
+        *spatial_splits(bvh),
         *([refit_over_timeline(bvh)] if bvh.history else []),
     ]
 
