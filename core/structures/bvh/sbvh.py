@@ -50,7 +50,7 @@ ALPHA = 1e-5
 """Overlap of an object split, as a share of the root's area, from which on a spatial split is
 looked for; Stich's choice."""
 
-SUBTREE = 1 << 14
+SUBTREE = 1 << 13
 """References up to which a subtree is built by one kernel call."""
 
 
