@@ -253,7 +253,7 @@ def objects_of(scene: Scene, parts: int, progress: Progress) -> tuple[np.ndarray
     finished = 0
     heapq.heapify(ranges)
     # From the largest on: each is cut in two as long as parts are wanted, else sorted.
-    done = []
+    done: list[int] = []
     while ranges:
         progress.report(finished, len(scene), "Dividing the scene")
         size, begin = heapq.heappop(ranges)

@@ -17,6 +17,7 @@ from . import (
     ploc,
     rtree_insert,
     rtree_str,
+    sbvh,
     spatial_median,
     sweep_sah,
 )
@@ -42,6 +43,7 @@ BUILDERS: dict[str, tuple[str, Builder]] = {
     "binned_sah": (
         "From the top down, SAH evaluated at bin borders (Wald 2007)", binned_sah.build
     ),
+    "sbvh": ("Binned SAH with spatial splits, which cut triangles (Stich 2009)", sbvh.build),
     "agglomerative": (
         "Bottom-up, the two closest clusters merged (Walter 2008)", agglomerative.build
     ),

@@ -15,6 +15,7 @@ from .exhibits_kdop import kdop_levels
 from .exhibits_morton import morton_exhibits
 from .exhibits_ploc import ploc_exhibits
 from .exhibits_rearranging import rearranging_exhibits
+from .exhibits_refit import refit_over_timeline
 from .exhibits_split_plane import split_planes
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         *morton_exhibits(bvh),
         *ploc_exhibits(bvh),
         *rearranging_exhibits(bvh),
+        *([refit_over_timeline(bvh)] if bvh.history else []),
     ]
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from ...kernels import implements, inner, kernel
 from ..contract import MAXIMUM_DEPTH
-from .plane import EVERY, axis_to_divide, cost_of_plane, goes_left
+from .centroid_plane import EVERY, axis_to_divide, cost_of_plane, goes_left
 from .top_down import (
     Limits,
     choose,
@@ -144,7 +144,7 @@ def best_candidate(rule):
         width = reduction_step(rule.costs, rule.winners, width)
     best = rule.winners[0]
     if rule.costs[best] == np.inf:
-        return np.int64(-1), EVERY, np.nan, np.inf
+        return np.int64(-1), EVERY, 0.0, np.inf
     axis = best // (len(rule.planes) // 3)
     return axis, rule.lasts[best], 0.5 * rule.planes[best], rule.costs[best]
 

@@ -25,10 +25,11 @@ import numpy as np
 
 from ...geometry.box import area_of
 from ...kernels import inner
+from .top_down import axis_at
 
-SPATIAL, OBJECT = np.int64(0), np.int64(6)
-"""Kinds of splits, and where in a node's bounds (12,) the interval is that is cut into bins: that
-of the box, and that of the references' centroids, doubled."""
+SPATIAL, OBJECT = np.int64(0), np.int64(1)
+"""Kinds of splits, and which row of a node's bounds has the box that is cut into bins: that around
+the references, or that around their centroids (:func:`.top_down.enclose_boxes`)."""
 
 LEFT, RIGHT, BOTH = np.int64(0), np.int64(1), np.int64(2)
 """Where a reference goes, and rows of `Bins.parts`: of the reference that is being chopped."""
@@ -174,25 +175,9 @@ def chop(corners, slack, triangle, boxes, row, axis, plane, parts):
 
 
 @inner
-def enclose(boxes, first, count, bounds):
-    """Write into `bounds` the box around boxes, then that around their centroids (doubled)."""
-    for axis in range(3):
-        low, high, low_c, high_c = np.inf, -np.inf, np.inf, -np.inf
-        for i in range(first, first + count):
-            a, b = boxes[i, axis], boxes[i, 3 + axis]
-            low = a if a < low else low
-            high = b if b > high else high
-            c = a + b
-            low_c = c if c < low_c else low_c
-            high_c = c if c > high_c else high_c
-        bounds[axis], bounds[3 + axis] = low, high
-        bounds[6 + axis], bounds[9 + axis] = low_c, high_c
-
-
-@inner
 def scale_of(bounds, kind, axis, used):
     """Return bins per unit of length across a node; 0 if it has no extent to speak of."""
-    extent = bounds[kind + 3 + axis] - bounds[kind + axis]
+    extent = bounds[kind, 3 + axis] - bounds[kind, axis]
     scale = used * (1.0 - 1e-6) / extent if extent > 0.0 else 0.0
     return scale if scale < np.inf else 0.0
 
@@ -236,18 +221,24 @@ def fill_bins(references, first, count, kind, axis, low, scale, used, bins):
 
 
 @inner
-def best_split(references, first, count, kind, bounds, used, bins, best_cost):
+def best_split(references, first, count, room, kind, bounds, used, bins, limits, depth, best_cost):
     """Return the cheapest of 3 (used - 1) planes; the boxes of both sides go to SIDES.
 
-    A plane has to take something away from either side: with all references on one side again,
-    splitting might go on for ever.
+    A spatial split may leave all references on both sides: of diagonal ones, each has a quarter of
+    the area then. What puts an end to that is the overlap from which on it is looked for.
 
     Parameters
     ----------
-    bounds : (12,) float64
-        Of the node, see :func:`enclose`.
+    room : int
+        References that there may be in the children together.
+    kind : int
+        OBJECT or SPATIAL.
+    bounds : (2, 6) float64
+        Of the node, see :data:`OBJECT`.
     used : int
         How many bins.
+    limits, depth
+        Decide the order of the axes (:func:`.top_down.axis_at`).
     best_cost : float
         Only cheaper ones count.
 
@@ -264,11 +255,12 @@ def best_split(references, first, count, kind, bounds, used, bins, best_cost):
     """
     best_axis, best_bin, best_left, best_right = -1, 0, 0, 0
     parts = bins.parts
-    for axis in range(3):
+    for turn in range(3):
+        axis = axis_at(limits, depth, turn)
         scale = scale_of(bounds, kind, axis, used)
         if scale == 0.0:
             continue
-        fill_bins(references, first, count, kind, axis, bounds[kind + axis], scale, used, bins)
+        fill_bins(references, first, count, kind, axis, bounds[kind, axis], scale, used, bins)
         # From the right.
         clear(parts, RIGHT)
         for b in range(used - 1, 0, -1):
@@ -281,7 +273,7 @@ def best_split(references, first, count, kind, bounds, used, bins, best_cost):
             grow(parts, LEFT, bins.boxes, b)
             n_left += bins.counts[b]
             n_right -= bins.counts[used + b]
-            if n_left == 0 or n_right == 0 or n_left == count or n_right == count:
+            if n_left == 0 or n_right == 0 or n_left + n_right > room:
                 continue
             cost = n_left * area_of(parts[LEFT]) + n_right * area_of(bins.boxes[used + b])
             if cost < best_cost:
@@ -289,6 +281,8 @@ def best_split(references, first, count, kind, bounds, used, bins, best_cost):
                 best_cost = cost
                 copy(parts, SIDES + LEFT, parts, LEFT)
                 copy(parts, SIDES + RIGHT, bins.boxes, used + b)
+        if limits.in_turn and best_axis >= 0:
+            break
     return best_axis, best_bin, best_left, best_right, best_cost
 
 
@@ -305,7 +299,7 @@ def overlap_of(parts):
 
 
 @inner
-def side_of(boxes, row, parts, n_left, n_right, has_room):
+def side_of(boxes, row, parts, n_left, n_right):
     """Return where a straddling reference is cheapest: LEFT, RIGHT or BOTH.
 
     *Reference unsplitting*: leaving it whole on one side makes that side's box larger, but saves a
@@ -313,8 +307,6 @@ def side_of(boxes, row, parts, n_left, n_right, has_room):
     """
     left, right = area_of(parts[SIDES + LEFT]), area_of(parts[SIDES + RIGHT])
     cost, side = left * n_left + right * n_right, BOTH
-    if not has_room:
-        cost = np.inf
     copy(parts, TRIAL, boxes, row)
     grow(parts, TRIAL, parts, SIDES + LEFT)
     only_left = area_of(parts[TRIAL]) * n_left + right * (n_right - 1)
@@ -336,26 +328,23 @@ def swap(references, i, j):
 
 
 @inner
-def divide(
-    references, first, count, room, kind, bounds, axis, last_left, n_left, n_right, used, bins
-):
+def divide(references, first, count, kind, bounds, axis, last_left, n_left, n_right, used, bins):
     """Divide references by a plane: left ones first, right ones next, behind the end what is new.
 
     Parameters
     ----------
-    room : int
-        References that may be there in the end.
     axis, last_left, n_left, n_right
         As :func:`best_split` returned them, with SIDES of the bins.
 
     Returns
     -------
     n_left, n_right : int
+        One may be 0, if all straddle and are cheapest on the same side.
     plane : float
         Where it is.
     """
     triangle, boxes, parts = references.triangle, references.boxes, bins.parts
-    low, scale = bounds[kind + axis], scale_of(bounds, kind, axis, used)
+    low, scale = bounds[kind, axis], scale_of(bounds, kind, axis, used)
     plane = low + (last_left + 1) / scale
     i, j, end = first, first + count, first + count
     while i < j:
@@ -372,7 +361,7 @@ def divide(
             elif is_empty(parts, RIGHT):
                 where = LEFT
             else:
-                where = side_of(boxes, i, parts, n_left, n_right, end < first + room)
+                where = side_of(boxes, i, parts, n_left, n_right)
             if where == LEFT:
                 grow(parts, SIDES + LEFT, boxes, i)
                 n_right -= 1
