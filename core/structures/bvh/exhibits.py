@@ -12,6 +12,8 @@ from ...outlines import wires_of
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
 from .exhibits_kdop import kdop_levels
+from .exhibits_morton import morton_exhibits
+from .exhibits_ploc import ploc_exhibits
 from .exhibits_rearranging import rearranging_exhibits
 from .exhibits_refit import refit_over_timeline
 from .exhibits_split_plane import split_planes
@@ -30,6 +32,8 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         split_planes(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
+        *morton_exhibits(bvh),
+        *ploc_exhibits(bvh),
         *rearranging_exhibits(bvh),
         *([refit_over_timeline(bvh)] if bvh.history else []),
     ]
