@@ -16,6 +16,7 @@ from .exhibits_morton import morton_exhibits
 from .exhibits_ploc import ploc_exhibits
 from .exhibits_rearranging import rearranging_exhibits
 from .exhibits_refit import refit_over_timeline
+from .exhibits_sbvh import spatial_splits
 from .exhibits_split_plane import split_planes
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         *morton_exhibits(bvh),
         *ploc_exhibits(bvh),
         *rearranging_exhibits(bvh),
+        *spatial_splits(bvh),
         *([refit_over_timeline(bvh)] if bvh.history else []),
     ]
 
