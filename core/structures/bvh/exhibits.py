@@ -13,6 +13,7 @@ from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
 from .exhibits_refit import refit_over_timeline
 from .exhibits_split_plane import split_planes
+from .exhibits_volume import volume_efficiency
 
 if TYPE_CHECKING:
     from ...outlines import Wires
@@ -27,6 +28,7 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         split_planes(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
+        volume_efficiency(bvh),
     ]
     if bvh.history:
         exhibits.append(refit_over_timeline(bvh))
