@@ -63,7 +63,7 @@ def refit(structure: BVH, scene: Scene, progress: Progress = SILENT) -> BVH:
         From `progress`.
     """
     before = structure.scene
-    if structure.pieces is not None:
+    if structure.parts is not None:
         raise InputError(
             f"a tree of {structure.settings.builder} cuts triangles into pieces, which cannot "
             "follow when they move; choose another builder"
@@ -87,6 +87,5 @@ def refit(structure: BVH, scene: Scene, progress: Progress = SILENT) -> BVH:
         kind = structure.settings.volume
         volumes = fit_all(kind, triangles.corners, begin, end, progress)
     moved = type(structure)(scene, structure.settings, arrays._replace(volumes=volumes), triangles)
-    moved.pieces, moved.costs, moved.figures = None, [], {}
     progress.report(1, 1, "Refitting bvh")
     return moved
