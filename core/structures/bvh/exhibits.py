@@ -18,6 +18,7 @@ from .exhibits_rearranging import rearranging_exhibits
 from .exhibits_refit import refit_over_timeline
 from .exhibits_sbvh import spatial_splits
 from .exhibits_split_plane import split_planes
+from .exhibits_volume import volume_efficiency
 
 if TYPE_CHECKING:
     from ...outlines import Wires
@@ -33,6 +34,7 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         split_planes(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
+        volume_efficiency(bvh),
         *morton_exhibits(bvh),
         *ploc_exhibits(bvh),
         *rearranging_exhibits(bvh),
