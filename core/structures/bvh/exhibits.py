@@ -9,6 +9,7 @@ import numpy as np
 
 from ...colours import INNER_COLOUR, depth_colours
 from ...outlines import wires_of
+from ..drawing import counted
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
 from .exhibits_kdop import kdop_levels
@@ -92,8 +93,3 @@ def largest(cells: Cells, areas: np.ndarray, places: np.ndarray) -> tuple[np.nda
         places = np.sort(places[np.argsort(-areas[places], kind="stable")[:most]])
         wires = wires_of(cells, places)
     return places, wires
-
-
-def counted(number: int, one: str, many: str) -> str:
-    """Return a number with its noun: ``"1 node"``, ``"1 203 nodes"``."""
-    return f"{number:,} {one if number == 1 else many}".replace(",", " ")
