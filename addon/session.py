@@ -60,6 +60,8 @@ class Session:
         The picture of those links.
     showcase : Showcase
         Exhibits of the structure; empty before the first build.
+    timeline : list of dict
+        The records of the last comparison over the timeline.
     split_view : SplitView
         The plane that divides the scene.
     watched : list of Snapshot
@@ -79,6 +81,7 @@ class Session:
     linked_leaf: int = -1
     links: tuple[np.ndarray, np.ndarray] | None = None
     showcase: Showcase = field(default_factory=Showcase)
+    timeline: list[dict[str, Any]] = field(default_factory=list)
     split_view: SplitView | None = None
     watched: list[Snapshot] = field(default_factory=list)
     undone: bool = False
@@ -179,7 +182,7 @@ class Session:
             overlay.disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
         self.showcase, self.split_view = Showcase(), None
-        self.watched, self.undone = [], False
+        self.timeline, self.watched, self.undone = [], [], False
         self._forget_paths()
 
     # Asking.

@@ -10,8 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import implements, inlined, inner
+from ..kernels import call, implements, inlined, inner, kernel
 from ..outlines import corners_of
+from ..parallel import Team
+from ..progress import SILENT
 from .affine import checked, moved, rounding
 from .half_spaces import every_other
 from .polygons import Polygons, sides_of
@@ -77,10 +79,20 @@ def boxes_of(triangles: np.ndarray) -> np.ndarray:
     (n, 6) float64
     """
     boxes = np.empty((len(triangles), 6))
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    np.minimum(np.minimum(a, b), c, out=boxes[:, :3])
-    np.maximum(np.maximum(a, b), c, out=boxes[:, 3:])
+    with Team(SILENT, "Boxes") as team:
+        team.run(lambda first, last: call(fit_each, triangles, boxes, first, last), len(boxes))
     return boxes
+
+
+@kernel
+def fit_each(triangles, boxes, first, last):
+    """Write the boxes of the triangles ``first <= i < last``."""
+    for i in range(first, last):
+        for axis in range(3):
+            a, b, c = triangles[i, 0, axis], triangles[i, 1, axis], triangles[i, 2, axis]
+            low, high = (b, a) if b < a else (a, b)
+            boxes[i, axis] = c if c < low else low
+            boxes[i, 3 + axis] = c if c > high else high
 
 
 def surface_area(boxes: np.ndarray) -> np.ndarray:

@@ -115,9 +115,8 @@ def nearest(clusters, leaf, stack, distances):
             height -= 1
             node, distance = stack[height], distances[height]
             number = clusters.lowest[node]
-            # Where nobody is left, the hull is inside out without limit and the distance infinite
-            # or not a number.
-            if not (distance < best or (distance == best and number < best_number)):
+            # Where nobody is left, the distance is infinite and the number NOBODY.
+            if distance > best or (distance == best and number >= best_number):
                 continue
             visits += 1
             if node >= len(clusters.nodes):

@@ -11,6 +11,11 @@ from ...colours import INNER_COLOUR, depth_colours
 from ...outlines import wires_of
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
+from .exhibits_kdop import kdop_levels
+from .exhibits_morton import morton_exhibits
+from .exhibits_ploc import ploc_exhibits
+from .exhibits_rearranging import rearranging_exhibits
+from .exhibits_refit import refit_over_timeline
 from .exhibits_split_plane import split_planes
 
 if TYPE_CHECKING:
@@ -23,9 +28,14 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
     """Return what there is to show of a hierarchy and of how it was built."""
     return [
         levels(bvh),
+        kdop_levels(bvh),
         split_planes(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
+        *morton_exhibits(bvh),
+        *ploc_exhibits(bvh),
+        *rearranging_exhibits(bvh),
+        *([refit_over_timeline(bvh)] if bvh.history else []),
     ]
 
 

@@ -1,0 +1,210 @@
+r"""Parallel reinsertion: every node looks for a better place at once; then the moves are made.
+
+A round has two halves. In the first, every node X searches the tree as it stands, without changing
+it, so that threads share the work. In the second, the moves are made, the greatest gain first and
+of equal ones the lowest node first: the tree does not depend on the threads. Moves are in conflict
+if they share one of the nodes that they link anew: X, its sibling and parent, the place and its
+parent. The first of them is made, the others have to wait for the next round. Moves that share none
+may still have changed each other's boxes, so every move is made only if it pays by then.
+
+The search climbs from X to the root. On the way it adds up what X saves where it leaves: the whole
+parent, and what each ancestor shrinks by. From every ancestor it descends on the other side:
+
+              A             X hangs below P, beside S. If it moves beside C:
+            /   \
+          ...   ...         gain =   SA(P) + what the nodes between P and A shrink by
+          /       \                - what the nodes between A and C grow by - SA(C + X)
+         P         C
+        / \                 A contains X before and after; from there up nothing changes.
+       X   S
+
+Subtrees in which even SA(X) instead of SA(C + X) would not beat the best gain are left out.
+
+D. Meister, J. Bittner: Parallel Reinsertion for Bounding Volume Hierarchy Optimization,
+Computer Graphics Forum 37(2), 2018.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...geometry.box import area_of
+from ...kernels import call, inner, kernel
+from ...parallel import for_chunks
+from ...progress import Progress
+from .rearranging import (
+    MOVE_WIDTH,
+    Rearrangement,
+    attach,
+    cost_of,
+    detach,
+    least_gain,
+    make_moves,
+    note_reinsertion,
+    settled,
+    sibling_of,
+    union_area,
+)
+from .tree import LinkedTree
+
+if TYPE_CHECKING:
+    from .settings import BVHSettings
+
+MOST_VISITS = 1 << 13
+"""Nodes at which a search ends with the best place so far; some hundred are usual. It also bounds
+the stack, however deep the tree is."""
+
+MOVES_AT_ONCE = 1 << 12
+"""Moves in one kernel call, some 10 ms."""
+
+
+class Search(NamedTuple):
+    """Scratch memory of one searching thread.
+
+    Attributes
+    ----------
+    savings : (MOST_VISITS + 2,) float64
+    nodes : (MOST_VISITS + 2,) int32
+        The stack: subtrees to search, and what hanging X below them saves so far.
+    rest : (6,) float64
+        Box of an ancestor without X.
+    """
+
+    savings: np.ndarray
+    nodes: np.ndarray
+    rest: np.ndarray
+
+
+@inner
+def widen(box, other):
+    """Widen a box so that it contains another one."""
+    for axis in range(3):
+        box[axis] = min(box[axis], other[axis])
+        box[3 + axis] = max(box[3 + axis], other[3 + axis])
+
+
+@inner
+def search_place(tree, node, least, search):
+    """Find the best place of a node; return it, or -1, and the gain, which is above `least`."""
+    boxes, savings, nodes, rest = tree.boxes, search.savings, search.nodes, search.rest
+    box = boxes[node]
+    area = area_of(box)
+    best, place, visits = least, -1, 0
+    came, above = node, tree.parent[node]
+    saved = area_of(boxes[above])
+    for side in range(6):
+        rest[side] = boxes[sibling_of(tree, node), side]
+    while above >= 0 and visits < MOST_VISITS:
+        # Down on the other side.
+        savings[0], nodes[0] = saved, sibling_of(tree, came)
+        size = 1
+        while size > 0 and visits < MOST_VISITS:
+            size -= 1
+            visits += 1
+            other, saving = nodes[size], savings[size]
+            if saving - area <= best:
+                continue
+            gain = saving - union_area(boxes[other], box)
+            if gain > best:
+                best, place = gain, other
+            saving = gain + area_of(boxes[other])
+            if tree.left[other] >= 0 and saving - area > best:
+                nodes[size], nodes[size + 1] = tree.right[other], tree.left[other]
+                savings[size] = savings[size + 1] = saving
+                size += 2
+        # Up: what is left of the ancestor, and X hung beside that.
+        if came != node:
+            widen(rest, boxes[sibling_of(tree, came)])
+            saved += area_of(boxes[above]) - area_of(rest)
+            if saved - area_of(boxes[above]) > best:
+                best, place = saved - area_of(boxes[above]), above
+        came, above = above, tree.parent[above]
+    return place, best
+
+
+@kernel
+def search_range(tree, first, last, least, search, places, gains):
+    """Find the best places of the nodes ``first <= node < last``."""
+    for node in range(first, last):
+        places[node] = -1
+        if tree.parent[node] >= 0:
+            places[node], gains[node] = search_place(tree, node, least, search)
+
+
+@inner
+def growth(tree, node, place):
+    """Return the area that hanging a node beside `place` costs; inf if that is below the node."""
+    box = tree.boxes[node]
+    cost = union_area(tree.boxes[place], box)
+    above = place
+    while above >= 0:
+        if above == node:
+            return np.inf
+        if above != place:
+            cost += union_area(tree.boxes[above], box) - area_of(tree.boxes[above])
+        above = tree.parent[above]
+    return cost
+
+
+@kernel
+def make_range(tree, nodes, places, first, last, least, touched, moves):
+    """Make those moves of a list that are in no conflict with earlier ones and still pay."""
+    for i in range(first, last):
+        node, place = nodes[i], places[i]
+        parent, sibling, above = tree.parent[node], sibling_of(tree, node), tree.parent[place]
+        if (
+            touched[node] or touched[place] or touched[parent] or touched[sibling]
+            or (above >= 0 and touched[above])
+        ):  # fmt: skip
+            continue
+        saved = detach(tree, node)
+        gain = saved - growth(tree, node, place)
+        if not gain > least:
+            attach(tree, node, sibling)
+            continue
+        touched[node] = touched[place] = touched[parent] = touched[sibling] = True
+        if above >= 0:
+            touched[above] = True
+        note_reinsertion(moves, gain, tree, node, sibling, place)
+        attach(tree, node, place)
+
+
+def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rearrangement:
+    """Reinsert in rounds until one gains less than ENOUGH; a step is a round.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    costs, moves, least = [cost_of(tree, settings)], make_moves(MOVE_WIDTH), least_gain(tree)
+    n_nodes = len(tree.left)
+    places, gains = np.empty(n_nodes, np.int32), np.empty(n_nodes)
+    spare: list[Search] = []
+
+    def search_chunk(first: int, last: int) -> None:
+        search = spare.pop() if spare else make_search()
+        call(search_range, tree, first, last, least, search, places, gains)
+        spare.append(search)
+
+    while not settled(costs):
+        for_chunks(search_chunk, n_nodes, 0, progress, f"Searching places, round {len(costs)}")
+        nodes = np.flatnonzero(places >= 0)
+        nodes = nodes[np.argsort(-gains[nodes], kind="stable")].astype(np.int32)
+        targets, touched = places[nodes], np.zeros(n_nodes, np.bool_)
+        text = f"Reinserting, round {len(costs)}"
+        for first in range(0, len(nodes), MOVES_AT_ONCE):
+            progress.report(first, len(nodes), text)
+            last = min(first + MOVES_AT_ONCE, len(nodes))
+            call(make_range, tree, nodes, targets, first, last, least, touched, moves)
+        progress.report(len(nodes), len(nodes), text)
+        costs.append(cost_of(tree, settings))
+    return Rearrangement.of(costs, moves, tree, settings)
+
+
+def make_search() -> Search:
+    """Return scratch memory for one thread."""
+    size = MOST_VISITS + 2
+    return Search(np.empty(size), np.empty(size, np.int32), np.empty(6))
