@@ -13,9 +13,11 @@ from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
 from .exhibits_kdop import kdop_levels
 from .exhibits_morton import morton_exhibits
+from .exhibits_parallel_sah import parallel_exhibits
 from .exhibits_ploc import ploc_exhibits
 from .exhibits_rearranging import rearranging_exhibits
 from .exhibits_refit import refit_over_timeline
+from .exhibits_split_curve import cost_curve
 from .exhibits_split_plane import split_planes
 
 if TYPE_CHECKING:
@@ -30,6 +32,8 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         levels(bvh),
         kdop_levels(bvh),
         split_planes(bvh),
+        *cost_curve(bvh),
+        *parallel_exhibits(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
         *morton_exhibits(bvh),
