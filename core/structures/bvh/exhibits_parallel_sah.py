@@ -256,7 +256,7 @@ def frame_of_reduction(
     chart = Chart(origin, across, upwards, -0.5, len(planes) - 0.5, top)
     number = np.arange(len(planes))
     bars = np.stack(
-        [chart.points(number, 0 * costs), chart.points(number, np.where(finite, costs, 0.0))],
+        [chart.points(number, 0 * number), chart.points(number, np.where(finite, costs, 0.0))],
         axis=1,
     )
     parts = [chart.axes(), coloured(bars[finite], GREY), coloured(bars[winners], BLUE)]

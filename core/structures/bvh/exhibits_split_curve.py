@@ -54,7 +54,7 @@ def cost_curve(bvh: BVH) -> list[Exhibit]:
 def frame_of_node(bvh: BVH, node: int) -> Frame:
     """Return the picture of the candidates of a node."""
     curve, sweep = split_curve(bvh, node), split_curve(bvh, node, "sweep_sah")
-    top = max(curve.leaf_cost, *curve.cost, *sweep.cost)
+    top = float(np.concatenate([curve.cost, sweep.cost]).max(initial=curve.leaf_cost))
     parts = [coloured(box_segments(curve.box[None]), GREY)]
     for axis in range(3):
         chart = chart_of(bvh, curve, axis, top)
