@@ -70,7 +70,9 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
         if not arguments.quiet:
             print(f"accelscope: {text}", file=sys.stderr)
 
-    ((structure, settings),) = structure_specs([arguments.structure], note)[:1]
+    if arguments.structure == "all":
+        raise InputError("only bvh can be refitted, not all")
+    ((structure, settings),) = structure_specs([arguments.structure], note)
     if structure.name != "bvh":
         raise InputError(f"only bvh can be refitted, not {arguments.structure}")
     ((workload, workload_settings),) = workload_specs([arguments.rays])

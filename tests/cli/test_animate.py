@@ -40,6 +40,7 @@ def test_refusals(refused, steps, obj, five, tmp_path):
     fewer = obj(five[:3], "fewer.obj")
     assert "frame 1: the tree was built over 5 triangles" in refused("animate", steps[0], fewer)
     assert "only bvh" in refused("animate", *steps, "--structure", "grid")
+    assert "only bvh" in refused("animate", *steps, "--structure", "all")
     assert "one each" in refused("animate", *steps, "--frames", "1:3")
     assert "one per frame" in refused("animate")
     assert "no file" in refused("animate", tmp_path / "none.blend")

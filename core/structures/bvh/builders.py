@@ -51,7 +51,6 @@ BUILDERS: dict[str, tuple[str, Builder]] = {
     "lbvh": ("Intervals of sorted Morton codes (Lauterbach 2009)", lbvh.build),
     "lbvh_parallel": ("The tree of LBVH, all nodes at once (Karras 2012)", lbvh_parallel.build),
     "hlbvh": ("LBVH below, SAH above (Pantaleoni and Luebke 2010)", hlbvh.build),
-    "sbvh": ("Binned SAH with spatial splits, which cut triangles (Stich 2009)", sbvh.build),
     "rtree_insert": (
         "R-tree, one triangle inserted after the other (Guttman 1984)", rtree_insert.build
     ),

@@ -17,7 +17,7 @@ import numpy as np
 from ...geometry.box import Boxes, boxes_of, surface_area
 from ...geometry.kdop import KDOPs
 from ...geometry.rays import ULPS
-from ...geometry.triangle import triangles_of
+from ...geometry.triangle import Triangles, triangles_of
 from ...geometry.volume import MOST_STRIPS
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
@@ -68,15 +68,18 @@ class BVH(Structure):
     Settings = BVHSettings
 
     arrays: Binary | Wide
-    parts: np.ndarray | None
-    rearrangement: Rearrangement | None
-    figures: dict[str, Any]
-    history: Sequence[Moment] = ()
-    splits: Splits | None
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
     BYTES_PER_REFERENCE = 230
     """What spatial splits take beside that for every reference they are allowed."""
+
+    def __init__(self, scene: Scene, settings: Any, arrays: Any, triangles: Triangles) -> None:
+        super().__init__(scene, settings, arrays, triangles)
+        self.parts: np.ndarray | None = None
+        self.rearrangement: Rearrangement | None = None
+        self.figures: dict[str, Any] = {}
+        self.history: Sequence[Moment] = ()
+        self.splits: Splits | None = None
 
     @classmethod
     def refuse_too_large(cls, scene: Scene, settings: BVHSettings) -> None:

@@ -226,8 +226,9 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     with Team(progress, "Building bvh") as team:
         _, order = sort_by_code(primitives.boxes, int(settings.morton_bits), team)
         tree = leaves_only(primitives.boxes[order])
-        for _ in iterations(tree, settings.radius, team):
-            pass  # the tree grows
+        counts = [len(order)]
+        for clusters in iterations(tree, settings.radius, team):
+            counts.append(len(clusters))
     rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
     collapsed, references = collapse(tree, rule)
-    return Grouping(collapsed, order[references])
+    return Grouping(collapsed, order[references], figures={"clusters": counts})

@@ -10,7 +10,6 @@ all the triangles below, as by the build.
 
 from __future__ import annotations
 
-import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,7 +63,7 @@ def refit(structure: BVH, scene: Scene, progress: Progress = SILENT) -> BVH:
         From `progress`.
     """
     before = structure.scene
-    if structure.pieces is not None:
+    if structure.parts is not None:
         raise InputError(
             f"a tree of {structure.settings.builder} cuts triangles into pieces, which cannot "
             "follow when they move; choose another builder"
@@ -87,8 +86,6 @@ def refit(structure: BVH, scene: Scene, progress: Progress = SILENT) -> BVH:
         begin, end = ranges_of(arrays.first, arrays.size, width)
         kind = structure.settings.volume
         volumes = fit_all(kind, triangles.corners, begin, end, progress)
-    moved = copy.copy(structure)
-    moved.scene, moved.triangles = scene, triangles
-    moved.arrays = arrays._replace(volumes=volumes)
+    moved = type(structure)(scene, structure.settings, arrays._replace(volumes=volumes), triangles)
     progress.report(1, 1, "Refitting bvh")
     return moved

@@ -6,7 +6,8 @@ room to write its candidates down (:func:`.top_down.note`).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from .tree import Primitives, ranges_of
 if TYPE_CHECKING:
     from .hierarchy import BVH
 
-RULES = {
+RULES: dict[str, Callable[..., tuple[Callable[[], Any], np.ndarray]]] = {
     "sweep_sah": sweep_sah.rules,
     "binned_sah": binned_sah.rules,
     "parallel_sah": parallel_split.rules,
