@@ -26,6 +26,7 @@ from ..core.settings import describe, only_for_in_words, parse, parse_spec, with
 from ..core.structures import structure_named, structures
 from ..core.structures.contract import Structure
 from ..sample_scenes import make_sample, samples
+from . import command_animate, command_efficiency
 
 EXAMPLES = """\
 examples:
@@ -80,6 +81,9 @@ def make_parser() -> argparse.ArgumentParser:
     add("--pictures", metavar="DIR", help="write pictures of the cells over the mesh, and a page")
     add("--threads", type=int, default=0, metavar="N", help="0, the default, takes every core")
     add("--quiet", action="store_true", help="print no table and no progress")
+    evaluate.set_defaults(run=evaluate_all)
+    command_animate.add_parser(commands)
+    command_efficiency.add_parser(commands)
     return parser
 
 
@@ -106,7 +110,7 @@ def main(argv: Sequence[str] | None = None, open_file: Callable[[], Scene] | Non
         if arguments.command == "list":
             print(list_json() if arguments.json else list_text())
         else:
-            evaluate(arguments, open_file)
+            arguments.run(arguments, open_file)
         sys.stdout.flush()
     except SystemExit as stop:  # argparse has printed the help
         return int(stop.code or 0)
@@ -233,7 +237,7 @@ def workload_specs(texts: Sequence[str]) -> list[tuple[type[Workload], Any]]:
     return chosen
 
 
-def evaluate(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> None:
+def evaluate_all(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> None:
     """Run every combination, then write what was asked for.
 
     Raises
@@ -249,8 +253,7 @@ def evaluate(arguments: argparse.Namespace, open_file: Callable[[], Scene] | Non
     # Everything that can be refused is looked at before the first long computation.
     chosen_structures = structure_specs(arguments.structure, note)
     chosen_workloads = workload_specs(arguments.rays)
-    if arguments.threads < 0 or arguments.threads > 1024:
-        raise InputError(f"--threads must be 0 to 1024, not {arguments.threads}")
+    refuse_bad_threads(arguments.threads)
     if not arguments.scenes and open_file is None:
         raise InputError("name at least one SCENE: a mesh file, a .blend or sample:NAME")
     scenes = max(len(arguments.scenes), 1)
@@ -312,6 +315,12 @@ def evaluate(arguments: argparse.Namespace, open_file: Callable[[], Scene] | Non
         print(to_json_text(records))
     elif not arguments.quiet:
         print(table(records))
+
+
+def refuse_bad_threads(threads: int) -> None:
+    """Raise InputError for a number of threads that makes no sense."""
+    if threads < 0 or threads > 1024:
+        raise InputError(f"--threads must be 0 to 1024, not {threads}")
 
 
 def refuse_to_overwrite(inputs: Sequence[str], outputs: Sequence[Path]) -> None:

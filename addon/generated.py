@@ -29,23 +29,32 @@ T = TypeVar("T")
 INT_LIMIT = 2**31 - 1
 FLOAT_LIMIT = float(np.finfo(np.float32).max)
 
-ACRONYMS = ("sah", "fifo")
-"""Choices that are written in capitals."""
+ACRONYMS = "aabb", "fifo", "hlbvh", "lbvh", "obb", "ploc", "sah", "sbvh", "str"
+"""Words of choices that are written in capitals."""
 
 
 def name_of(key: str) -> str:
-    """Return what a choice is called in the panel."""
-    return key.upper() if key in ACRONYMS else key.replace("_", " ").capitalize()
+    """Return what a choice is called in the panel: ``"binned_sah"`` is ``"Binned SAH"``."""
+    if key.startswith("kdop"):
+        return f"{key.removeprefix('kdop')}-DOP"
+    words = key.replace("rtree", "R-tree").capitalize().split("_")
+    return " ".join(word.upper() if word.lower() in ACRONYMS else word for word in words)
 
 
-def property_of(field: dataclasses.Field) -> Any:
-    """Return the Blender property of one field made by ``core.settings.setting``."""
+def property_of(field: dataclasses.Field, **options: Any) -> Any:
+    """Return the Blender property of one field made by ``core.settings.setting``.
+
+    Parameters
+    ----------
+    **options
+        What else Blender is to know, such as ``update``.
+    """
     meta = field.metadata
     default: Any = field.default
     description = meta["description"]
     if meta["unit"]:
         description += f" (unit: {meta['unit']})"
-    common = {"name": meta["label"], "description": description}
+    common = {"name": meta["label"], "description": description, **options}
     if isinstance(default, bool):
         return BoolProperty(default=default, **common)
     if isinstance(default, str) and meta["choices"]:
@@ -54,8 +63,8 @@ def property_of(field: dataclasses.Field) -> Any:
     if isinstance(default, str):
         # Blender's file chooser for whatever is called a path.
         subtype = "FILE_PATH" if field.name == "path" else "NONE"
-        options = {"PATH_SUPPORTS_BLEND_RELATIVE"} if subtype == "FILE_PATH" else set()
-        return StringProperty(default=default, subtype=subtype, options=options, **common)
+        flags = {"PATH_SUPPORTS_BLEND_RELATIVE"} if subtype == "FILE_PATH" else set()
+        return StringProperty(default=default, subtype=subtype, options=flags, **common)
     number = default[0] if isinstance(default, tuple) else default
     limit = INT_LIMIT if isinstance(number, int) else FLOAT_LIMIT
     low = -limit if meta["minimum"] is None else max(meta["minimum"], -limit)
@@ -69,9 +78,10 @@ def property_of(field: dataclasses.Field) -> Any:
     return FloatProperty(default=default, min=low, max=high, precision=3, **common)
 
 
-def properties_of(settings_type: type) -> dict[str, Any]:
+def properties_of(settings_type: type, **options: Any) -> dict[str, Any]:
     """Return the Blender properties of a settings dataclass by field name."""
-    return {field.name: property_of(field) for field in dataclasses.fields(settings_type)}
+    fields = dataclasses.fields(settings_type)
+    return {field.name: property_of(field, **options) for field in fields}
 
 
 def enum_of(choices: Mapping[str, tuple[str, str]], **options: Any) -> Any:

@@ -23,6 +23,7 @@ from bpy.props import (
 
 from . import extraction, overlay
 from .generated import enum_of, group_type, properties_of, read
+from .split_plane import SplitPlaneSettings
 
 COLOURINGS = {
     "depth": ("Depth", "From the root to the deepest cell"),
@@ -81,6 +82,12 @@ def _show_exhibit(group: Any, context: bpy.types.Context) -> None:
     from . import session
 
     session.current.show_exhibit(context)
+
+
+def _show_plane(group: Any, context: bpy.types.Context) -> None:
+    from . import session
+
+    session.current.show_plane(context)
 
 
 NO_EXHIBIT = ("", "None", "What was built has no exhibits")
@@ -207,6 +214,15 @@ def _exhibit_properties() -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _split_plane_properties() -> dict[str, Any]:
+    """Return where the plane is that divides the scene."""
+    show = BoolProperty(
+        name="Show Plane", description="Draw a plane that divides the scene, and what it costs",
+        default=False, update=_show_plane,
+    )  # fmt: skip
+    return {"show": show, **properties_of(SplitPlaneSettings, update=_show_plane)}
+
+
 def is_loaded() -> bool:
     """Say whether ``scene.accelscope`` exists already; panels must not make it."""
     return bool(_loaded)
@@ -254,6 +270,7 @@ def load() -> None:
         "workloads": PointerProperty(type=make_all("workload", workloads())),
         "display": PointerProperty(type=make("display", _display_properties())),
         "exhibits": PointerProperty(type=make("exhibits", _exhibit_properties())),
+        "split_plane": PointerProperty(type=make("split_plane", _split_plane_properties())),
         "ray_index": IntProperty(
             name="Ray", description="Number of the ray to step through; the first is 0",
             default=0, min=0,

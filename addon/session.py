@@ -17,9 +17,10 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
-from . import extraction, jobs, overlay, properties
+from . import extraction, generated, jobs, overlay, properties
 from .showcase import Showcase
 from .snapshot import Snapshot
+from .split_plane import SplitPlaneSettings, SplitView
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ..core.evaluation.experiment import Built, Traced
@@ -59,6 +60,10 @@ class Session:
         The picture of those links.
     showcase : Showcase
         Exhibits of the structure; empty before the first build.
+    timeline : list of dict
+        The records of the last comparison over the timeline.
+    split_view : SplitView
+        The plane that divides the scene.
     watched : list of Snapshot
         Those that handlers keep an eye on: the one above, and one that is being built over.
     undone : bool
@@ -76,6 +81,8 @@ class Session:
     linked_leaf: int = -1
     links: tuple[np.ndarray, np.ndarray] | None = None
     showcase: Showcase = field(default_factory=Showcase)
+    timeline: list[dict[str, Any]] = field(default_factory=list)
+    split_view: SplitView | None = None
     watched: list[Snapshot] = field(default_factory=list)
     undone: bool = False
 
@@ -96,6 +103,7 @@ class Session:
         self.snapshot, self.built, self.cells, self.record = snapshot, built, cells, record
         self.traced = None
         self.showcase = Showcase(built.structure.exhibits())
+        self.split_view = SplitView(built.structure.scene)
         self.watch_built()
         self._clear_paths()
         overlay.set_cells(cells)
@@ -141,6 +149,13 @@ class Session:
         if not drawn and jobs.running() is None:
             bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
 
+    def show_plane(self, context: bpy.types.Context) -> None:
+        """Draw the plane that the panel asks for, or none."""
+        if self.split_view is not None:
+            group = context.scene.accelscope.split_plane
+            settings = generated.read(group, SplitPlaneSettings, "split plane")
+            self.split_view.draw(settings if group.show else None)
+
     def _walk(self) -> Walk:
         from ..core.evaluation.ray_path import Walk
 
@@ -166,8 +181,8 @@ class Session:
         if self.built is not None:
             overlay.disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
-        self.showcase = Showcase()
-        self.watched, self.undone = [], False
+        self.showcase, self.split_view = Showcase(), None
+        self.timeline, self.watched, self.undone = [], [], False
         self._forget_paths()
 
     # Asking.

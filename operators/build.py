@@ -54,6 +54,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
 
         session.current.set_built(*result)
         session.current.show_exhibit(context)
+        session.current.show_plane(context)
         snapshot, built, cells, record = result
         text = (
             f"{built.structure.label}: SAH {show_number(record['statistics']['sah'])}, "

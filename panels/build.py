@@ -37,6 +37,10 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
             row.scale_y = 1.4
             row.operator("accelscope.build")
             row.operator("accelscope.clear", text="", icon="TRASH")
+            if root.structure == "bvh":
+                row = layout.row(align=True)
+                row.operator("accelscope.refit")
+                row.operator("accelscope.compare_over_timeline")
             status = session.current.status(context)
             stale = "ERROR" if session.current.built else "INFO"
             icon = "CHECKMARK" if status.up_to_date else stale

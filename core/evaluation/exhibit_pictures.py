@@ -12,7 +12,7 @@ from ..structures.exhibits import Exhibit, Frame
 from .view import View, camera_around, picture_camera
 
 MOST_FRAMES = 4
-"""Frames of an exhibit on the page: the first, the last, and even steps between them."""
+"""Frames on the page of an exhibit that names none: first, last, even steps between."""
 
 REDUCTION = 1.5
 """Pictures of frames are smaller than others, since several stand in a row."""
@@ -40,7 +40,7 @@ class ExhibitPainter:
 
     def pictures_of(self, exhibit: Exhibit) -> list[FramePicture]:
         """Draw some frames of an exhibit, all seen from the same place."""
-        numbers = frames_to_show(exhibit.count)
+        numbers = list(exhibit.on_page) or frames_to_show(exhibit.count)
         frames = [exhibit.frame(number) for number in numbers]
         view = self._view_of(frames)
         return [

@@ -326,11 +326,12 @@ body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 110r
   padding: 0 1.5rem; color: #222; background: #fff; }
 h1 { font-weight: 600; } h2 { margin: 2.5rem 0 0; font-weight: 600; }
 h3 { margin: 1.2rem 0 0; font-weight: 600; font-size: 1rem; }
-.frames figure, .frames img { width: 25rem; }
 p { margin: .2rem 0 .8rem; color: #666; font-size: .85rem; }
 .row { display: flex; flex-wrap: wrap; gap: 1.2rem; align-items: flex-start; }
 figure { margin: 0; max-width: 29rem; }
 img { width: 29rem; max-width: 100%; border: 1px solid #ddd; display: block; }
+.frames { display: grid; grid-template-columns: repeat(4, minmax(0, 1fr)); }
+.frames img { width: 100%; }
 figcaption { color: #666; font-size: .85rem; margin-top: .3rem; }
 .tables { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: flex-start; }
 table { border-collapse: collapse; font-size: .85rem; } caption { text-align: left;

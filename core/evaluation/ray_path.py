@@ -14,6 +14,7 @@ from ..structures.contract import Structure
 from ..structures.steps import (
     HIT,
     KIND_NAMES,
+    LEAP,
     POSTPONE,
     TEST,
     VISIT_EMPTY,
@@ -208,7 +209,7 @@ def _current(walk: Walk, event: int, palette: Palette) -> Iterator[Piece]:
     """Draw what an event is about."""
     kind, cell = int(walk.steps.kind[event]), int(walk.steps.cell[event])
     primitive = walk.steps.primitive[event : event + 1]
-    if primitive[0] >= 0:
+    if primitive[0] >= 0 and kind != LEAP:
         yield _sides(walk, primitive), palette.current
     elif kind in VISITS and cell >= 0:
         yield _outlines(walk.cells, np.array([cell])), palette.current
@@ -293,7 +294,9 @@ def event_text(steps: Steps, event: int) -> str:
     primitive = int(steps.primitive[event])
     enter, leave = float(steps.t_enter[event]), float(steps.t_exit[event])
     text = KIND_NAMES[kind]
-    if primitive >= 0:
+    if kind == LEAP:
+        text += f" over {primitive}"
+    elif primitive >= 0:
         text += f" triangle {primitive}"
     elif cell >= 0:
         text += f" {cell}"

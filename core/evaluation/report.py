@@ -194,11 +194,16 @@ def table(records: Sequence[Record]) -> str:
     """Return the records as an aligned table, one line each."""
     rows = [[title for title, _, _ in TABLE]]
     rows += [[show(look_up(record, path)) for _, path, show in TABLE] for record in records]
+    return aligned(rows, TEXT_COLUMNS)
+
+
+def aligned(rows: Sequence[Sequence[str]], text_columns: int = 1) -> str:
+    """Return rows, the first of them titles, as text in columns; text left, figures right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []
     for row in rows:
         cells = [
-            text.ljust(width) if n < TEXT_COLUMNS else text.rjust(width)
+            text.ljust(width) if n < text_columns else text.rjust(width)
             for n, (text, width) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  ".join(cells).rstrip())

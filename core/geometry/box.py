@@ -10,8 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import implements, inlined, inner
+from ..kernels import call, implements, inlined, inner, kernel
 from ..outlines import corners_of
+from ..parallel import Team
+from ..progress import SILENT
 from .affine import checked, moved, rounding
 from .half_spaces import every_other
 from .polygons import Polygons, sides_of
@@ -65,6 +67,15 @@ def area_of(box):
     return 2.0 * (x * y + y * z + z * x)
 
 
+@inner
+def union_area(a, b):
+    """Return the surface area of the box around two boxes, (6,) each; for kernels."""
+    x = (a[3] if a[3] > b[3] else b[3]) - (a[0] if a[0] < b[0] else b[0])
+    y = (a[4] if a[4] > b[4] else b[4]) - (a[1] if a[1] < b[1] else b[1])
+    z = (a[5] if a[5] > b[5] else b[5]) - (a[2] if a[2] < b[2] else b[2])
+    return 2.0 * (x * y + y * z + z * x)
+
+
 def boxes_of(triangles: np.ndarray) -> np.ndarray:
     """Return the boxes of triangles.
 
@@ -77,10 +88,20 @@ def boxes_of(triangles: np.ndarray) -> np.ndarray:
     (n, 6) float64
     """
     boxes = np.empty((len(triangles), 6))
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    np.minimum(np.minimum(a, b), c, out=boxes[:, :3])
-    np.maximum(np.maximum(a, b), c, out=boxes[:, 3:])
+    with Team(SILENT, "Boxes") as team:
+        team.run(lambda first, last: call(fit_each, triangles, boxes, first, last), len(boxes))
     return boxes
+
+
+@kernel
+def fit_each(triangles, boxes, first, last):
+    """Write the boxes of the triangles ``first <= i < last``."""
+    for i in range(first, last):
+        for axis in range(3):
+            a, b, c = triangles[i, 0, axis], triangles[i, 1, axis], triangles[i, 2, axis]
+            low, high = (b, a) if b < a else (a, b)
+            boxes[i, axis] = c if c < low else low
+            boxes[i, 3 + axis] = c if c > high else high
 
 
 def surface_area(boxes: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .box import Boxes
+from .combined import Intersection, Union
 from .kdop import DIRECTIONS, KDOPs
 from .obb import OBBs
 from .sphere import Spheres
@@ -37,3 +38,28 @@ KINDS: dict[str, tuple[str, Callable[[int], Any]]] = {
     "kdop26": ("Thirteen strips: neither corners nor edges", lambda count: make_kdops(count, 26)),
 }
 """For each kind of volume one sentence, and what makes room for a number of them."""
+
+COMBINED: dict[str, tuple[str, Callable[[int], Any]]] = {
+    "box_and_sphere": (
+        "Intersection of the axis-aligned box and the smallest sphere",
+        lambda count: Intersection(make("aabb", count), make("smallest_sphere", count)),
+    ),
+    "obb_and_kdop14": (
+        "Intersection of the oriented box and the 14-DOP",
+        lambda count: Intersection(make("obb", count), make("kdop14", count)),
+    ),
+    "two_boxes": (
+        "Union of axis-aligned boxes around two halves",
+        lambda count: Union(make("aabb", count), make("aabb", count)),
+    ),
+    "two_spheres": (
+        "Union of the smallest spheres around two halves",
+        lambda count: Union(make("smallest_sphere", count), make("smallest_sphere", count)),
+    ),
+}
+"""Some combinations, in the same form."""
+
+
+def make(kind: str, count: int) -> Any:
+    """Return room for a number of volumes of a kind, a combined one too."""
+    return (KINDS | COMBINED)[kind][1](count)

@@ -18,7 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import inlined, inner
+from ..kernels import call, inlined, inner, kernel
+from ..parallel import Team
+from ..progress import SILENT
 from ..scene import Scene
 
 NO_HIT = np.inf
@@ -47,18 +49,35 @@ class Triangles(NamedTuple):
 
 def triangles_of(scene: Scene, order: np.ndarray | None = None) -> Triangles:
     """Return the scene's triangles for kernels, in scene order or permuted by `order`."""
-    corners = scene.triangles
-    edges = corners[:, 1:] - corners[:, :1]
-    flat = ~np.cross(edges[:, 0], edges[:, 1]).any(axis=1)
-    if flat.any():
-        # Rounding could let a ray hit collinear corners. Drawn together to one point, all edge
-        # functions are exactly zero.
-        corners = corners.copy()
-        corners[flat] = corners[flat, :1]
+    order = np.arange(len(scene)) if order is None else order
+    order = order.astype(np.int32, copy=False)
+    corners = np.empty((len(order), 3, 3))
+    with Team(SILENT, "Copying triangles") as team:
+        team.run(
+            lambda first, last: call(copy_triangles, scene.triangles, order, corners, first, last),
+            len(order),
+        )
     reach = np.maximum(np.abs(scene.lower), np.abs(scene.upper))
-    if order is None:
-        return Triangles(corners, np.arange(len(scene), dtype=np.int32), reach)
-    return Triangles(corners[order], order.astype(np.int32), reach)
+    return Triangles(corners, order, reach)
+
+
+@kernel
+def copy_triangles(corners, order, out, first, last):
+    """Copy the triangles of the references ``first <= i < last``.
+
+    Rounding could let a ray hit collinear corners. Drawn together to one point, all edge functions
+    are exactly zero.
+    """
+    for i in range(first, last):
+        source, copy = corners[order[i]], out[i]
+        for axis in range(3):
+            for k in range(3):
+                copy[k, axis] = source[k, axis]
+        ux, uy, uz = copy[1, 0] - copy[0, 0], copy[1, 1] - copy[0, 1], copy[1, 2] - copy[0, 2]
+        vx, vy, vz = copy[2, 0] - copy[0, 0], copy[2, 1] - copy[0, 1], copy[2, 2] - copy[0, 2]
+        if uy * vz == uz * vy and uz * vx == ux * vz and ux * vy == uy * vx:
+            for axis in range(3):
+                copy[1, axis] = copy[2, axis] = copy[0, axis]
 
 
 @inlined

@@ -50,6 +50,9 @@ class Exhibit:
         Number of frames, at least one.
     frame : callable
         Makes frame number i, ``0 <= i < count``.
+    on_page : tuple of int
+        Frames that tell most, for a page of pictures; without any some evenly between the first
+        and the last are taken.
     """
 
     name: str
@@ -57,3 +60,4 @@ class Exhibit:
     description: str
     count: int
     frame: Callable[[int], Frame]
+    on_page: tuple[int, ...] = ()

@@ -33,7 +33,7 @@ POSTPONE = np.int64(7)
 SKIP = np.int64(8)
 """A cell on the stack is thrown away: a nearer hit was found meanwhile."""
 LEAP = np.int64(9)
-"""Empty cells behind the one just visited are passed in the same step; `primitive` is how many."""
+"""Cells are passed in one step, or not needed any more; `primitive` is how many."""
 
 NONE = np.int64(-1)
 """In the place of a cell or primitive: there is none. Not the plain -1, for which Numba would
@@ -52,7 +52,8 @@ COUNTER_NAMES = (
 
 N_TS traversal steps (cells entered), N_ETS elementary cells or leaves among them, N_EETS empty
 ones among those, N_IT primitive tests, bounding volume tests, tests saved by the mailbox, hits
-postponed since they lay beyond the cell, steps saved by macro-cells.
+postponed since they lay beyond the cell, steps saved: by macro-cells, or by the early end of a
+sorted list.
 """
 
 # Columns of the log.

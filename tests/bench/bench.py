@@ -2,7 +2,10 @@
 
 Peers: Embree through embreex, Blender's ``mathutils.bvhtree`` in a Python loop, trimesh's own ray
 tracer. Everybody gets the same triangles and rays on the same machine; slow peers get fewer rays.
-Quote ratios, not seconds. Every figure is the best of three runs, since other programs disturb.
+Quote ratios, not seconds. Every figure is the best of some runs, since other programs disturb.
+
+The hierarchies have sections of their own (:mod:`hierarchies`), and so has the quality of their
+trees beside those of other implementations (:mod:`quality`).
 """
 
 from __future__ import annotations
@@ -15,7 +18,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -33,22 +35,14 @@ from accelscope.core.scene import Scene
 from accelscope.core.settings import parse
 from accelscope.core.structures import structure_named, structures
 from accelscope.sample_scenes import make_sample
+from hierarchies import BINNED, SECTIONS, measure_hierarchies, report_hierarchies
+from meshes import MESHES
+from quality import measure_quality, report_quality
+from timing import best_of
 
 SUBDIVISIONS = {"16k": 2, "250k": 4, "1M": 5}
-REPEATS = 5
-ENOUGH_SECONDS = 30.0  # what takes longer is not repeated for its precision
 LOOP_RAYS = 20_000
 TRIMESH_RAYS = 200  # more need 20 GB at a quarter of a million triangles
-
-
-def best_of(work: Callable[[], object]) -> float:
-    """Return the least wall-clock seconds of REPEATS runs, fewer of what takes long."""
-    times: list[float] = []
-    while len(times) < REPEATS and sum(times) < ENOUGH_SECONDS:
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def some(rays: Rays, count: int) -> Rays:
@@ -174,15 +168,23 @@ def measure_stadium() -> list[dict]:
     return found
 
 
+def everything() -> list[str]:
+    """Return all structures, and the hierarchy with each of its builders and optimisers."""
+    return [*structures(), *(f"bvh:{text}" for text in SECTIONS["builders"] if text != BINNED),
+            *(f"bvh:{text}" for text in SECTIONS["optimisers"])]  # fmt: skip
+
+
 def peak_memory(size: str) -> dict[str, float]:
     """Measure the most memory, in GiB, that a process takes which builds one structure."""
     program = (
         "import resource, sys;"
+        "from accelscope.core.settings import parse, parse_spec;"
         "from accelscope.core.structures import structure_named;"
         "from accelscope.sample_scenes import make_sample;"
         "scene = make_sample(sys.argv[1]);"
-        "kind = structure_named(sys.argv[2]);"
-        "kind.build(scene, kind.Settings());"
+        "name, texts = parse_spec(sys.argv[2]);"
+        "kind = structure_named(name);"
+        "kind.build(scene, parse(kind.Settings, texts, name));"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20)"
     )
     sample = f"suzanne:subdivisions={SUBDIVISIONS[size]}"
@@ -193,7 +195,7 @@ def peak_memory(size: str) -> dict[str, float]:
                 check=True, capture_output=True, text=True,
             ).stdout
         )
-        for name in structures()
+        for name in everything()
     }  # fmt: skip
 
 
@@ -208,7 +210,7 @@ def first_use() -> dict[str, dict[str, float]]:
         "print(time.perf_counter() - start)"
     )
     found = {}
-    for name in structures():
+    for name in everything():
         with tempfile.TemporaryDirectory() as cache:
             runs = [
                 float(
@@ -228,6 +230,8 @@ def report(
     starts: dict[str, dict[str, float]],
     stadium: list[dict],
     memory: dict[str, float],
+    hierarchies: list[dict],
+    quality: list[dict],
 ) -> str:
     """Return the result as text, with ratios to Embree, to BVHTree and to our BVH."""
     lines = [
@@ -259,12 +263,13 @@ def report(
         for each in sorted(stadium, key=lambda each: each["rays"])
     ]
     lines += ["", "memory of a process that builds the largest of these scenes, GiB"]
-    lines += [f"  {name:<10} {gib:6.2f}" for name, gib in memory.items()]
+    lines += [f"  {name:<34} {gib:6.2f}" for name, gib in memory.items()]
     lines += ["", "start, build and trace: seconds with nothing compiled, and later"]
     lines += [
-        f"  {name:<10} {each['first_seconds']:6.2f} {each['later_seconds']:6.2f}"
+        f"  {name:<34} {each['first_seconds']:6.2f} {each['later_seconds']:6.2f}"
         for name, each in starts.items()
     ]
+    lines += ["", *report_hierarchies(hierarchies), "", *report_quality(quality)]
     return "\n".join(lines)
 
 
@@ -272,10 +277,12 @@ def main() -> None:
     """Run the benchmark and write build/bench/bench.json."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sizes", nargs="+", choices=SUBDIVISIONS, default=list(SUBDIVISIONS))
+    parser.add_argument("--meshes", nargs="*", choices=MESHES, default=list(MESHES))
     parser.add_argument("--output", type=Path, default=Path("build/bench"))
     arguments = parser.parse_args()
     starts = first_use()
     rows: list[dict] = []
+    hierarchies: list[dict] = []
     for size in arguments.sizes:
         print(f"measuring {size} triangles ...", flush=True)
         scene = make_sample(f"suzanne:subdivisions={SUBDIVISIONS[size]}")
@@ -287,14 +294,21 @@ def main() -> None:
         measure_embree(scene, batches, rows)
         measure_bvhtree(scene, batches, rows)
         measure_trimesh(scene, batches, rows)
+        if size != "16k":
+            hierarchies += measure_hierarchies(scene, batches["random_lines"])
     print("measuring the stadium ...", flush=True)
     stadium = measure_stadium()
     memory = peak_memory(arguments.sizes[-1])
-    text = report(rows, starts, stadium, memory)
+    print("comparing trees ...", flush=True)
+    quality = measure_quality(arguments.meshes)
+    text = report(rows, starts, stadium, memory, hierarchies, quality)
     print(text)
     arguments.output.mkdir(parents=True, exist_ok=True)
     (arguments.output / "bench.txt").write_text(text + "\n")
-    document = {"rows": rows, "starts": starts, "stadium": stadium, "peak_gib": memory}
+    document = {
+        "rows": rows, "starts": starts, "stadium": stadium, "peak_gib": memory,
+        "hierarchies": hierarchies, "quality": quality,
+    }  # fmt: skip
     (arguments.output / "bench.json").write_text(json.dumps(document, indent=1))
 
 

@@ -4,9 +4,9 @@ force, and is sound."""
 import itertools
 
 import pytest
+from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.geometry.rays import CLOSEST
 from accelscope.core.structures.bvh.builders import BUILDERS
-from accelscope.core.structures.bvh.fit import KINDS
 from accelscope.core.structures.bvh.optimisers import OPTIMISERS
 
 ARITIES = ("2", "4", "8")

@@ -147,6 +147,7 @@ def install() -> None:
     bpy.ops.extensions.package_install_files(
         filepath=path, repo="user_default", enable_on_install=True
     )
+    assert MODULE in bpy.context.preferences.addons, f"nothing was installed from {path}"
     # Views change at once, so that a screenshot does not show the way there.
     bpy.context.preferences.view.smooth_view = 0
     # One pass instead of eight, each of which takes software GL most of a second.

@@ -95,7 +95,7 @@ class _Recorder:
 
 def fits(button: str, name: str) -> bool:
     """Say whether what a button stands for is meant by a name, see :meth:`Session.find`."""
-    return name in button if name.endswith("(") else button.endswith(name)
+    return name in button if "(" in name else button.endswith(name)
 
 
 class Session:
@@ -389,8 +389,8 @@ class Session:
         Parameters
         ----------
         name
-            Part of what the button stands for: the name of an operator, followed by "(", or the
-            end of a data path.
+            Part of what the button stands for: the name of an operator, followed by "(" and
+            perhaps arguments, or the end of a data path.
         across
             Where the pointer goes down, as a share of the sidebar's width: not over labels, and
             far left for a check box in the header of a panel.

@@ -33,6 +33,9 @@ from guide import (
 )
 from session import Steps
 
+PREVIOUS, NEXT = 0.82, 0.88
+"""Where the buttons behind the frame are, as shares of the sidebar's width."""
+
 
 def group() -> Any:
     """Return what the panel of exhibits shows."""
@@ -78,6 +81,7 @@ def show() -> Steps:
     yield from open_panel("exhibits.show")
     yield from session.press("exhibits.show", across=HEADER)
     assert group().show
+    yield from session.find("accelscope.view_exhibit(")
     yield from seen("levels-0")
     assert results().showcase.shown == ("levels", 0)
     assert changed(taken["built"], taken["levels-0"]) > 2000
@@ -86,13 +90,13 @@ def show() -> Steps:
 @session.step
 def step_frames() -> Steps:
     """The buttons step through the frames, the field takes a number and can be dragged."""
-    x, y = yield from session.find("step_frame(by=1")
+    x, y = yield from session.find("step_frame(by=1)", across=NEXT)
     session.click(x, y)
     yield 0.3
     assert group().frame == 1
     session.click(x, y)
     yield 0.3
-    yield from session.press("step_frame(by=-1", across=0.84)
+    yield from session.press("step_frame(by=-1)", across=PREVIOUS)
     assert group().frame == 1
     yield from session.enter("exhibits.frame", "4")
     assert group().frame == 4
@@ -110,12 +114,12 @@ def with_cells() -> Steps:
     yield from session.press("exhibits.alone")
     assert not group().alone
     yield from seen("with-cells")
-    yield from session.press("exhibits.alone")
+    group().alone = True
 
 
 @session.step
 def slow_frame() -> Steps:
-    """A frame that takes long is a job: the one before stays, Esc stops it, a button retries."""
+    """A long frame is a job: the one before stays, Esc stops it, a button tries again."""
     showcase = results().showcase
     levels = showcase.exhibits[0]
 
@@ -152,7 +156,7 @@ def slow_frame() -> Steps:
 @session.step
 def choose() -> Steps:
     """The list of exhibits drops down."""
-    yield from build()
+    bpy.ops.accelscope.build()
     yield from session.press("exhibits.exhibit")
     yield 0.5
     station("list")
@@ -168,7 +172,8 @@ def every_exhibit() -> Steps:
     for setting in ("builder", "optimise"):
         for choice in items(bvh, setting):
             setattr(bvh, setting, choice)
-            yield from build()
+            # Not by the button: the panel of exhibits is to stay in sight.
+            bpy.ops.accelscope.build()
             for exhibit in results().showcase.exhibits:
                 if exhibit.name in known:
                     continue
@@ -183,6 +188,32 @@ def every_exhibit() -> Steps:
                 note(f"seconds {exhibit.name}", round(time.monotonic() - started, 2))
         bvh.property_unset(setting)
     group().show = False
+
+
+@session.step
+def split_plane() -> Steps:
+    """The slide "SAH decision": the plane follows the slider, and the figures follow the plane."""
+    sample("sah_example")
+    bpy.ops.accelscope.build()
+    group = settings().split_plane
+    settings().display.show = False
+    yield from open_panel("split_plane.show")
+    yield from session.press("split_plane.show", across=HEADER)
+    assert group.show
+    x, y = yield from session.find("split_plane.position")
+    yield from session.drag((x, y), (x + 40, y))
+    assert group.position > 0.5
+    over_viewport()
+    yield 0.5
+    station("split-plane-dragged")
+    group.position = 71 / 81 + 1e-5
+    yield 0.5
+    station("split-plane-III")
+    assert dict(results().split_view.rows)["N_L"] == "12"
+    assert changed(taken["split-plane-dragged"], taken["split-plane-III"]) > 500
+    group.show = False
+    settings().display.show = True
+    sample("suzanne")
 
 
 @session.step

@@ -90,7 +90,7 @@ def choose_binned(rule, first, count, depth):
     bin_boxes, bin_counts, right_costs = rule.bin_boxes, rule.bin_counts, rule.right_costs
     side = rule.side_box
     bins = bins_for(rule, count)
-    best_axis, best_bin, best_position, best_cost = -1, 0, np.nan, np.inf
+    best_axis, best_bin, best_position, best_cost = -1, 0, 0.0, np.inf
     for turn in range(3):
         axis = axis_at(rule.limits, depth, turn)
         low, extent = bounds[1, axis], bounds[1, 3 + axis] - bounds[1, axis]

@@ -9,10 +9,15 @@ from ...progress import Progress
 from . import (
     agglomerative,
     binned_sah,
+    hlbvh,
+    lbvh,
+    lbvh_parallel,
     object_median,
     parallel_sah,
+    ploc,
     rtree_insert,
     rtree_str,
+    sbvh,
     spatial_median,
     sweep_sah,
 )
@@ -38,9 +43,14 @@ BUILDERS: dict[str, tuple[str, Builder]] = {
     "binned_sah": (
         "From the top down, SAH evaluated at bin borders (Wald 2007)", binned_sah.build
     ),
+    "sbvh": ("Binned SAH with spatial splits, which cut triangles (Stich 2009)", sbvh.build),
     "agglomerative": (
         "Bottom-up, the two closest clusters merged (Walter 2008)", agglomerative.build
     ),
+    "ploc": ("Bottom-up, neighbours along the Morton curve merge (Meister 2018)", ploc.build),
+    "lbvh": ("Intervals of sorted Morton codes (Lauterbach 2009)", lbvh.build),
+    "lbvh_parallel": ("The tree of LBVH, all nodes at once (Karras 2012)", lbvh_parallel.build),
+    "hlbvh": ("LBVH below, SAH above (Pantaleoni and Luebke 2010)", hlbvh.build),
     "rtree_insert": (
         "R-tree, one triangle inserted after the other (Guttman 1984)", rtree_insert.build
     ),

@@ -71,6 +71,19 @@ def list_preorder(tree, root, out):
             out[waiting], out[waiting + 1] = tree.left[node], tree.right[node]
 
 
+@inner
+def leaf_or_node(rule, count, area, children):
+    """Return whether `count` references within an area are better a leaf, and the cost of that.
+
+    `children` is what the children cost otherwise; of equal costs the leaf is taken.
+    """
+    split = rule.c_trav * area + children
+    whole = rule.c_isect * count * area
+    if count <= rule.max_leaf_size and whole <= split:
+        return True, whole
+    return False, split
+
+
 @kernel
 def decide_leaves(tree, rule, below):
     """Fill in everything of `below` but its preorder."""
@@ -86,10 +99,8 @@ def decide_leaves(tree, rule, below):
         count = below.references[left] + below.references[right]
         below.references[node] = count
         below.height[node] = 1 + max(below.height[left], below.height[right])
-        split = rule.c_trav * area + below.cost[left] + below.cost[right]
-        whole = rule.c_isect * count * area
-        below.is_leaf[node] = count <= rule.max_leaf_size and whole <= split
-        below.cost[node] = whole if below.is_leaf[node] else split
+        children = below.cost[left] + below.cost[right]
+        below.is_leaf[node], below.cost[node] = leaf_or_node(rule, count, area, children)
 
 
 @inner
@@ -114,7 +125,8 @@ def emit_leaf(tree, node, order, done, stack, height):
 def emit(tree, root, is_leaf, out, order, stack):
     """Write the tree with its leaves, depth-first, siblings together; return its nodes."""
     stack[0, 0], stack[0, 1] = root, 0
-    height, taken, done = 1, 1, 0
+    height, taken = 1, 1
+    done = np.int64(0)  # for a plain 0 Numba would compile emit_leaf once more
     while height > 0:
         height -= 1
         old, new = stack[height, 0], stack[height, 1]

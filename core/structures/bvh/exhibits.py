@@ -9,10 +9,17 @@ import numpy as np
 
 from ...colours import INNER_COLOUR, depth_colours
 from ...outlines import wires_of
+from ..drawing import counted
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
+from .exhibits_kdop import kdop_levels
+from .exhibits_morton import morton_exhibits
+from .exhibits_ploc import ploc_exhibits
 from .exhibits_rearranging import rearranging_exhibits
+from .exhibits_refit import refit_over_timeline
+from .exhibits_sbvh import spatial_splits
 from .exhibits_split_plane import split_planes
+from .exhibits_volume import volume_efficiency
 
 if TYPE_CHECKING:
     from ...outlines import Wires
@@ -24,10 +31,16 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
     """Return what there is to show of a hierarchy and of how it was built."""
     return [
         levels(bvh),
+        kdop_levels(bvh),
         split_planes(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
+        volume_efficiency(bvh),
+        *morton_exhibits(bvh),
+        *ploc_exhibits(bvh),
         *rearranging_exhibits(bvh),
+        *spatial_splits(bvh),
+        *([refit_over_timeline(bvh)] if bvh.history else []),
     ]
 
 
@@ -80,8 +93,3 @@ def largest(cells: Cells, areas: np.ndarray, places: np.ndarray) -> tuple[np.nda
         places = np.sort(places[np.argsort(-areas[places], kind="stable")[:most]])
         wires = wires_of(cells, places)
     return places, wires
-
-
-def counted(number: int, one: str, many: str) -> str:
-    """Return a number with its noun: ``"1 node"``, ``"1 203 nodes"``."""
-    return f"{number:,} {one if number == 1 else many}".replace(",", " ")

@@ -52,7 +52,7 @@ def nodes_not_paying(structure: BVH) -> Exhibit:
 
     @functools.cache
     def worst() -> np.ndarray:
-        gain, areas = efficiency().gain[inner], structure.arrays.volumes.areas()[inner]
+        gain, areas = efficiency().gain[inner], structure.areas[inner]
         # Nodes that pay come behind all others: those with the least gain.
         return inner[np.lexsort([np.where(gain <= 0.0, gain * areas, gain), gain > 0.0])]
 

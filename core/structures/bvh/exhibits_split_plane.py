@@ -58,6 +58,7 @@ def split_planes(structure: BVH) -> Exhibit:
         "Candidate planes of the root: N_L, N_R, p_L, p_R and Cost, and the curve of cost",
         len(cases) + len(places),
         frame,
+        on_page=tuple(range(len(cases))),
     )
 
 

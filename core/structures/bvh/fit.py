@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.kinds import KINDS
+from ...geometry.kinds import make
 from ...geometry.volume import fit, outside
 from ...kernels import call, kernel
 from ...parallel import for_chunks
@@ -33,7 +33,7 @@ def fit_all(
     Parameters
     ----------
     kind : str
-        One of KINDS.
+        A key of :mod:`.geometry.kinds`.
     corners : (m, 3, 3) float64
     begin, end : (n,) int64
 
@@ -42,7 +42,7 @@ def fit_all(
     Cancelled
         From `progress`.
     """
-    volumes = KINDS[kind][1](len(begin))
+    volumes = make(kind, len(begin))
 
     def work(first: int, last: int) -> None:
         call(fit_range, volumes, corners, begin, end, first, last)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from ...geometry.box import Boxes, boxes_of, surface_area
 from ...geometry.kdop import KDOPs
 from ...geometry.rays import ULPS
-from ...geometry.triangle import triangles_of
+from ...geometry.triangle import Triangles, triangles_of
 from ...geometry.volume import MOST_STRIPS
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
@@ -28,12 +29,14 @@ from .builders import BUILDERS
 from .collapse import LeafRule, collapse, total_cost
 from .efficiency import Efficiency, hierarchy_efficiency
 from .exhibits import exhibits_of
+from .exhibits_refit import Moment
 from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
 from .overlap import sibling_overlap
+from .pieces import pieces_of
 from .rearranging import Rearrangement
 from .settings import BVHSettings
-from .tree import Grouping, Pieces, Primitives, Tree, depths_of, linked, ranges_of
+from .tree import Grouping, Primitives, Splits, Tree, depths_of, linked, ranges_of
 from .walk import Binary, VolumeWorkspace
 from .wide import WideTree, widened
 from .wide_walk import WIDE_STACK_SIZE, Wide
@@ -47,12 +50,16 @@ class BVH(Structure):
 
     Attributes
     ----------
-    pieces : Pieces or None
-        The parts of triangles that references stand for, if not for whole ones.
+    parts : (n_references, 6) float64 or None
+        Boxes of the parts of triangles that references stand for, if not for whole ones.
     rearrangement : Rearrangement or None
         What the optimiser did, if there is one.
     figures : dict
         What else there is to say about this tree.
+    history : sequence of Moment
+        The animation over which the tree was refitted, if it was.
+    splits : Splits or None
+        The planes that inner nodes were split by, if the tree is as the builder made it.
     """
 
     name = "bvh"
@@ -61,13 +68,18 @@ class BVH(Structure):
     Settings = BVHSettings
 
     arrays: Binary | Wide
-    pieces: Pieces | None
-    rearrangement: Rearrangement | None
-    figures: dict[str, Any]
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
     BYTES_PER_TRIANGLE = 330
     BYTES_PER_REFERENCE = 230
     """What spatial splits take beside that for every reference they are allowed."""
+
+    def __init__(self, scene: Scene, settings: Any, arrays: Any, triangles: Triangles) -> None:
+        super().__init__(scene, settings, arrays, triangles)
+        self.parts: np.ndarray | None = None
+        self.rearrangement: Rearrangement | None = None
+        self.figures: dict[str, Any] = {}
+        self.history: Sequence[Moment] = ()
+        self.splits: Splits | None = None
 
     @classmethod
     def refuse_too_large(cls, scene: Scene, settings: BVHSettings) -> None:
@@ -87,8 +99,9 @@ class BVH(Structure):
         cls.refuse_too_large(scene, settings)
         grouping, rearrangement = group(scene, settings, progress)
         structure = cls(scene, settings, None, triangles_of(scene, grouping.order))
-        structure.pieces, structure.rearrangement = grouping.pieces, rearrangement
+        structure.parts, structure.rearrangement = grouping.parts, rearrangement
         structure.figures = grouping.figures
+        structure.splits = grouping.splits if settings.arity == "2" else None
         tree: Tree | WideTree = grouping.tree
         width = np.full(len(tree.size), 2)
         if settings.arity != "2":
@@ -99,20 +112,21 @@ class BVH(Structure):
             volumes = Boxes(tree.boxes)
         else:
             ranges = ranges_of(tree.first, tree.size, width)
-            volumes = fit_all(settings.volume, *structure._referred(*ranges), progress)
+            volumes = fit_all(settings.volume, *structure.referred(*ranges, progress), progress)
         if isinstance(tree, WideTree):
             structure.arrays = Wide(volumes, tree.first, tree.size, tree.width)
         else:
             structure.arrays = Binary(volumes, tree.first, tree.size)
         return structure
 
-    def _referred(
-        self, begin: np.ndarray, end: np.ndarray
+    def referred(
+        self, begin: np.ndarray, end: np.ndarray, progress: Progress = SILENT
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return triangles, and the ranges of them that ranges of references stand for."""
-        if self.pieces is None:
+        if self.parts is None:
             return self.triangles.corners, begin, end
-        return self.pieces.corners, self.pieces.offsets[begin], self.pieces.offsets[end]
+        pieces = pieces_of(self.triangles.corners, self.parts, progress)
+        return pieces.corners, pieces.offsets[begin], pieces.offsets[end]
 
     def width(self) -> np.ndarray:
         """Return how many children every node has, (n_nodes,) int."""
@@ -138,6 +152,8 @@ class BVH(Structure):
             "expected_gain": efficiency.expected_gain,
             "overlap": self.overlap(),
         }
+        if self.splits is not None:
+            extra |= self.splits.of_nodes(self.arrays)
         if isinstance(volumes, Boxes):
             return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra)
         shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
@@ -221,16 +237,11 @@ class BVH(Structure):
             if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
                 violations.append("a node's box is not the union of its children's")
         if not violations:
-            outsiders = sticking_out(volumes, *self._referred(*ranges_of(first, count, widths)))
+            outsiders = sticking_out(volumes, *self.referred(*ranges_of(first, count, widths)))
             if len(outsiders):
                 violations.append(f"triangles stick out of {len(outsiders)} nodes")
-        if self.pieces is not None and not violations:
-            own = boxes_of(self.pieces.corners)
-            starts = self.pieces.offsets[:-1]
-            low = np.minimum.reduceat(own[:, :3], starts)
-            high = np.maximum.reduceat(own[:, 3:], starts)
-            if not covers(self.scene.triangles, ids, np.concatenate([low, high], axis=1)):
-                violations.append("the pieces of a triangle do not cover it")
+        if self.parts is not None and not covers(self.scene.triangles, ids, self.parts):
+            violations.append("the parts of a triangle do not cover it")
         return violations
 
 
@@ -263,8 +274,8 @@ def group(
     collapsed, order = rearranged if pays else as_built
     figures = grouping.figures | rearrangement.figures() | {"optimise_pays": pays}
     # A reference that a leaf holds now was number order[i] for the builder.
-    pieces = reordered(grouping.pieces, order)
-    return Grouping(collapsed, grouping.order[order], pieces, figures), rearrangement
+    parts = None if grouping.parts is None else grouping.parts[order]
+    return Grouping(collapsed, grouping.order[order], parts, figures), rearrangement
 
 
 WEIGHTS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4.0
@@ -311,13 +322,3 @@ def figures_of_binary(tree: Tree, settings: BVHSettings) -> dict[str, float]:
         "expected_inner": figures.expected_inner,
         "expected_volume_tests": 1.0 + 2.0 * figures.expected_inner,
     }
-
-
-def reordered(pieces: Pieces | None, order: np.ndarray) -> Pieces | None:
-    """Return the pieces of references that are in another order now."""
-    if pieces is None:
-        return None
-    sizes = np.diff(pieces.offsets)[order]
-    offsets = np.concatenate([[0], np.cumsum(sizes)])
-    rank = np.arange(offsets[-1]) - np.repeat(offsets[:-1], sizes)
-    return Pieces(pieces.corners[np.repeat(pieces.offsets[:-1][order], sizes) + rank], offsets)

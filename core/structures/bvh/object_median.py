@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...kernels import implements, inner
+from ...kernels import implements, kernel
 from ...progress import Progress
-from .plane import axis_to_divide, cost_of_plane, goes_left, swap
+from .centroid_plane import axis_to_divide, cost_of_plane, goes_left, swap
 from .top_down import Limits, choose, divide, enclose, enclose_boxes, grow, limits_of
 from .tree import Grouping, Primitives
 
@@ -50,7 +50,7 @@ def enclose_selection(rule, first, count):
     enclose_boxes(rule.boxes, first, count, rule.bounds)
 
 
-@inner
+@kernel
 def select(boxes, order, first, count, axis, wanted):
     """Reorder a range so that its triangle number `wanted`, if it were sorted, is in its place.
 
@@ -83,7 +83,7 @@ def choose_selection(rule, first, count, depth):
     boxes, order = rule.boxes, rule.order
     axis = axis_to_divide(rule.limits, rule.bounds[1], depth)
     if axis < 0:
-        return axis, 0, np.nan, np.inf
+        return axis, 0, 0.0, np.inf
     half = count // 2
     select(boxes, order, first, count, axis, half - 1)
     last = first + half - 1

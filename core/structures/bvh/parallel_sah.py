@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from .parallel_split import (
     place_candidates,
     rules,
 )
-from .top_down import TEXT, compact, enclose, room_for, settle, split_node
+from .top_down import TEXT, compact, enclose, room_for, settle
 from .tree import Grouping, Primitives, Splits, Tree
 
 if TYPE_CHECKING:
@@ -67,6 +67,30 @@ class Level(NamedTuple):
         return len(self.compacted) // 2
 
 
+class Share(NamedTuple):
+    """What of the splits of a queue one kernel call does.
+
+    Attributes
+    ----------
+    begin, end : int
+        The nodes ``begin <= i < end``
+    largest : int
+        that have no more triangles than that.
+    begins, ends : bool
+        Whether the nodes are prepared before, and split after
+    first_candidate, last_candidate : int
+        these candidates are evaluated.
+    """
+
+    begin: int
+    end: int
+    largest: int
+    begins: bool
+    ends: bool
+    first_candidate: int
+    last_candidate: int
+
+
 # ------------------------------------------------------------------------------------- kernels
 
 
@@ -83,29 +107,21 @@ def write_children(tree, queue, output, i, n_left):
 
 
 @kernel
-def split_range(rule, tree, splits, queue, output, begin, end, largest):
-    """Split the nodes ``begin <= i < end`` of a queue that have up to `largest` triangles."""
-    for i in range(begin, end):
-        first, count = queue[i, FIRST], queue[i, COUNT]
-        if count <= largest:
-            n_left = split_node(rule, tree, splits, queue[i, NODE], first, count, queue[i, DEPTH])
+def split_range(rule, tree, splits, queue, output, share):
+    """Do a share of the work on the nodes of a queue."""
+    for i in range(share.begin, share.end):
+        node, first = queue[i, NODE], queue[i, FIRST]
+        count, depth = queue[i, COUNT], queue[i, DEPTH]
+        if count > share.largest:
+            continue
+        if share.begins:
+            enclose(rule, first, count)
+            place_candidates(rule, first, count, depth)
+        evaluate_candidates(rule, first, count, share.first_candidate, share.last_candidate)
+        if share.ends:
+            axis, place, position, cost = best_candidate(rule)
+            n_left = settle(rule, tree, splits, node, first, count, axis, place, position, cost)
             write_children(tree, queue, output, i, n_left)
-
-
-@kernel
-def prepare_split(rule, queue, i):
-    """Enclose node i of a queue and place its candidates."""
-    enclose(rule, queue[i, FIRST], queue[i, COUNT])
-    place_candidates(rule, queue[i, FIRST], queue[i, COUNT], queue[i, DEPTH])
-
-
-@kernel
-def finish_split(rule, tree, splits, queue, output, i):
-    """Split node i of a queue, whose candidates have been evaluated."""
-    node, first, count = queue[i, NODE], queue[i, FIRST], queue[i, COUNT]
-    axis, place, position, cost = best_candidate(rule)
-    n_left = settle(rule, tree, splits, node, first, count, axis, place, position, cost)
-    write_children(tree, queue, output, i, n_left)
 
 
 @kernel
@@ -153,9 +169,20 @@ def levels_of(
     queue = np.array([[0, 0, count, 0]], np.int64)
     spare: list[DataParallel] = []
 
-    def run(work: Callable[..., None], tasks: list[tuple[Any, ...]]) -> None:
-        """Do all tasks, on several threads."""
-        futures = [pool.submit(work, *task) for task in tasks]
+    def work(rule: DataParallel, share: Share) -> None:
+        call(split_range, rule, tree, splits, queue, output, share)
+
+    def work_on_large(share: Share) -> None:
+        work(large._replace(sides=np.empty((2, 6))), share)
+
+    def work_on_small(share: Share) -> None:
+        rule = spare.pop() if spare else make_rule()
+        work(rule, share)
+        spare.append(rule)
+
+    def run(function: Callable[[Share], None], shares: list[Share]) -> None:
+        """Do all shares, on several threads."""
+        futures = [pool.submit(function, share) for share in shares]
         try:
             for future in futures:
                 future.result()
@@ -163,15 +190,6 @@ def levels_of(
         finally:
             for future in futures:
                 future.cancel()
-
-    def evaluate(rule: DataParallel, first: int, size: int, begin: int, end: int) -> None:
-        own = rule._replace(sides=np.empty((2, 6)))
-        call(evaluate_candidates, own, first, size, begin, end)
-
-    def split_some(begin: int, end: int) -> None:
-        rule = spare.pop() if spare else make_rule()
-        call(split_range, rule, tree, splits, queue, output, begin, end, largest)
-        spare.append(rule)
 
     large = make_rule()
     n_candidates = len(large.costs)
@@ -182,14 +200,25 @@ def levels_of(
             progress.report(done, count, TEXT)
             output = np.empty((2 * len(queue), 4), np.int64)
             for i in np.flatnonzero(queue[:, COUNT] > largest).tolist():
-                first, size = queue[i, FIRST : COUNT + 1].tolist()
-                call(prepare_split, large, queue, i)
+                size = int(queue[i, COUNT])
+                node = Share(i, i + 1, size, False, False, 0, 0)
+                work_on_large(node._replace(begins=True))
                 step = max(TESTS // size, 1)
-                begins = range(0, n_candidates, step)
-                ranges = [(begin, min(begin + step, n_candidates)) for begin in begins]
-                run(evaluate, [(large, first, size, *each) for each in ranges])
-                call(finish_split, large, tree, splits, queue, output, i)
-            run(split_some, chunks_of(queue[:, COUNT], largest))
+                run(
+                    work_on_large,
+                    [
+                        node._replace(first_candidate=k, last_candidate=min(k + step, n_candidates))
+                        for k in range(0, n_candidates, step)
+                    ],
+                )
+                work_on_large(node._replace(ends=True))
+            run(
+                work_on_small,
+                [
+                    Share(begin, end, largest, True, True, 0, n_candidates)
+                    for begin, end in chunks_of(queue[:, COUNT], largest)
+                ],
+            )
             compacted = np.empty_like(output)
             n_nodes = call(compact_queue, output, np.empty(len(output), np.int64), compacted)
             level = Level(queue, output, compacted[:n_nodes].copy())

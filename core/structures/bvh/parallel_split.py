@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...kernels import implements, kernel
-from .plane import EVERY, axis_to_divide, cost_of_plane, goes_left
+from ...kernels import implements, inner, kernel
+from ..contract import MAXIMUM_DEPTH
+from .centroid_plane import EVERY, axis_to_divide, cost_of_plane, goes_left
 from .top_down import (
     Limits,
     choose,
@@ -78,7 +79,7 @@ def enclose_parallel(rule, first, count):
     enclose_boxes(rule.boxes, first, count, rule.bounds)
 
 
-@kernel
+@inner
 def place_candidates(rule, first, count, depth):
     """Lay k planes across each axis; the bounds are known.
 
@@ -88,11 +89,12 @@ def place_candidates(rule, first, count, depth):
     boxes, centroids, limits = rule.boxes, rule.bounds[1], rule.limits
     k = len(rule.planes) // 3
     only = axis_to_divide(limits, centroids, depth)
+    most = count if depth < MAXIMUM_DEPTH // 2 else 0  # below, nodes are split by index
     for axis in range(3):
         low, extent = centroids[axis], centroids[3 + axis] - centroids[axis]
         for i in range(k):
             plane, last = np.nan, EVERY
-            if i < count and (axis == only or not limits.in_turn):
+            if i < most and (axis == only or not limits.in_turn):
                 plane = low + extent * (i / k)
                 if count <= k:
                     plane = boxes[first + i, axis] + boxes[first + i, 3 + axis]
@@ -100,7 +102,7 @@ def place_candidates(rule, first, count, depth):
             rule.planes[axis * k + i], rule.lasts[axis * k + i] = plane, last
 
 
-@kernel
+@inner
 def evaluate_candidates(rule, first, count, begin, end):
     """Compute the costs of the candidates ``begin <= i < end``; a GPU has a thread for each."""
     k = len(rule.planes) // 3
@@ -134,7 +136,7 @@ def reduction_step(costs, winners, width):
     return half
 
 
-@kernel
+@inner
 def best_candidate(rule):
     """Reduce the candidates to one; return it as :func:`.top_down.choose` does."""
     width = len(rule.costs)
@@ -142,7 +144,7 @@ def best_candidate(rule):
         width = reduction_step(rule.costs, rule.winners, width)
     best = rule.winners[0]
     if rule.costs[best] == np.inf:
-        return np.int64(-1), EVERY, np.nan, np.inf
+        return np.int64(-1), EVERY, 0.0, np.inf
     axis = best // (len(rule.planes) // 3)
     return axis, rule.lasts[best], 0.5 * rule.planes[best], rule.costs[best]
 

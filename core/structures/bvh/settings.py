@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ...geometry.kinds import KINDS
 from ...settings import setting
 from ..contract import intersection_cost, traversal_cost
 from .builders import BUILDERS
-from .fit import KINDS
 from .optimisers import OPTIMISERS
 
 TOP_DOWN = (

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...kernels import implements
 from ...progress import Progress
-from .plane import EVERY, axis_to_divide, cost_of_plane, divide_by_plane
+from .centroid_plane import EVERY, axis_to_divide, cost_of_plane, divide_by_plane
 from .top_down import Limits, choose, divide, enclose, enclose_boxes, grow, limits_of
 from .tree import Grouping, Primitives
 
@@ -54,7 +54,7 @@ def choose_halving(rule, first, count, depth):
     centroids = rule.bounds[1]
     axis = axis_to_divide(rule.limits, centroids, depth)
     if axis < 0:
-        return axis, 0, np.nan, np.inf
+        return axis, 0, 0.0, np.inf
     plane = 0.5 * centroids[axis] + 0.5 * centroids[3 + axis]
     cost, _ = cost_of_plane(rule.boxes, rule.order, first, count, axis, plane, EVERY, rule.sides)
     return axis, 0, 0.5 * plane, cost

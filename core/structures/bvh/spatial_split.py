@@ -1,6 +1,7 @@
-"""Spatial splits: a plane cuts the triangles that straddle it, and both children get a part.
+"""Object and spatial splits, found by the same binning.
 
-What is kept of a triangle is a *reference*: its number, and the box of the part that is meant.
+What is kept of a triangle is a *reference*: its number, and the box of the part that is meant. A
+spatial split is a plane that cuts the references that straddle it; both children get a part.
 
 Chopping a reference at a plane gives the box of what is below and of what is above. The part of a
 triangle on one side of a plane is spanned by the corners on that side and the two points where its
@@ -9,8 +10,9 @@ edges cross the plane. A crossing is off by eleven roundings at most; the boxes 
 what a hit is off its triangle, needs no more. Boxes of the same triangle may be intersected: what
 is on both sides of two planes is in both boxes.
 
-Binning (:func:`best_spatial_split`) chops each reference at the borders of the bins it reaches
-into, counts where it starts and where it ends, and then sweeps over the bins from both sides.
+Binning chops each reference at the borders of the bins it reaches into, counts where it starts and
+where it ends, and then sweeps over the bins from both sides. For an object split a reference is in
+one bin, that of its centroid, whole; everything else is the same.
 
 M. Stich, H. Friedrich, A. Dietrich: Spatial Splits in Bounding Volume Hierarchies, HPG 2009.
 """
@@ -23,8 +25,20 @@ import numpy as np
 
 from ...geometry.box import area_of
 from ...kernels import inner
+from .top_down import axis_at
 
-LEFT, RIGHT, REST = np.int64(0), np.int64(1), np.int64(2)
+SPATIAL, OBJECT = np.int64(0), np.int64(1)
+"""Kinds of splits, and which row of a node's bounds has the box that is cut into bins: that around
+the references, or that around their centroids (:func:`.top_down.enclose_boxes`)."""
+
+LEFT, RIGHT, BOTH = np.int64(0), np.int64(1), np.int64(2)
+"""Where a reference goes, and rows of `Bins.parts`: of the reference that is being chopped."""
+
+REST, TRIAL = np.int64(2), np.int64(3)
+"""Rows of `Bins.parts`: what is still to be chopped, and for trying out."""
+
+SIDES = np.int64(4)
+"""Row of `Bins.parts`: everything left of the best plane, and behind it everything right."""
 
 
 class References(NamedTuple):
@@ -50,30 +64,22 @@ class Bins(NamedTuple):
 
     Attributes
     ----------
-    boxes, right_boxes : (bins, 6) float64
-        What is in a bin, and in all behind it.
-    starts, ends : (bins,) int64
-        References whose first, last bin it is.
-    parts : (3, 6) float64
-        LEFT and RIGHT of a plane; and the REST of a reference that is still to be chopped.
-    sides : (2, 6) float64
-        What is LEFT and RIGHT of the best plane.
+    boxes : (2 * bins, 6) float64
+        What is in each of the bins that are used; then, what is in all behind it.
+    counts : (2 * bins,) int64
+        References whose first bin it is; then, those whose last bin it is.
+    parts : (6, 6) float64
+        LEFT, RIGHT, REST, TRIAL, and two rows from SIDES on.
     """
 
     boxes: np.ndarray
-    right_boxes: np.ndarray
-    starts: np.ndarray
-    ends: np.ndarray
+    counts: np.ndarray
     parts: np.ndarray
-    sides: np.ndarray
 
 
 def make_bins(count: int) -> Bins:
     """Return scratch memory for so many bins."""
-    return Bins(
-        np.empty((count, 6)), np.empty((count, 6)), np.empty(count, np.int64),
-        np.empty(count, np.int64), np.empty((3, 6)), np.empty((2, 6)),
-    )  # fmt: skip
+    return Bins(np.empty((2 * count, 6)), np.empty(2 * count, np.int64), np.empty((6, 6)))
 
 
 # ------------------------------------------------------------------------------------------ boxes
@@ -112,31 +118,37 @@ def is_empty(boxes, row):
     )
 
 
-@inner
-def area_with(boxes, row, others, other):
-    """Return the surface area of the box around two boxes."""
-    x0, x1 = min(boxes[row, 0], others[other, 0]), max(boxes[row, 3], others[other, 3])
-    y0, y1 = min(boxes[row, 1], others[other, 1]), max(boxes[row, 4], others[other, 4])
-    z0, z1 = min(boxes[row, 2], others[other, 2]), max(boxes[row, 5], others[other, 5])
-    return 2.0 * ((x1 - x0) * (y1 - y0) + (y1 - y0) * (z1 - z0) + (z1 - z0) * (x1 - x0))
-
-
 # --------------------------------------------------------------------------------------- one plane
 
 
 @inner
-def chop(references, triangle, boxes, row, axis, plane, parts):
+def include(boxes, row, axis, low, high):
+    """Make a box contain an interval along one axis."""
+    boxes[row, axis] = low if low < boxes[row, axis] else boxes[row, axis]
+    boxes[row, 3 + axis] = high if high > boxes[row, 3 + axis] else boxes[row, 3 + axis]
+
+
+@inner
+def restrict(boxes, row, axis, low, high):
+    """Cut a box to an interval along one axis."""
+    boxes[row, axis] = low if low > boxes[row, axis] else boxes[row, axis]
+    boxes[row, 3 + axis] = high if high < boxes[row, 3 + axis] else boxes[row, 3 + axis]
+
+
+@inner
+def chop(corners, slack, triangle, boxes, row, axis, plane, parts):
     """Write the boxes of what of a triangle, in a box, is LEFT and RIGHT of a plane.
 
     Either may be empty, which :func:`is_empty` tells.
 
     Parameters
     ----------
+    corners, slack
+        As in :class:`References`.
     boxes, row
         Where the box is.
     parts : (2 or more, 6) float64
     """
-    corners, slack = references.corners, references.slack
     clear(parts, LEFT)
     clear(parts, RIGHT)
     for corner in range(3):
@@ -146,58 +158,60 @@ def chop(references, triangle, boxes, row, axis, plane, parts):
         share = (plane - a) / (b - a) if crosses else 0.0
         for k in range(3):
             x = corners[triangle, corner, k]
-            if a <= plane:
-                parts[LEFT, k] = min(parts[LEFT, k], x)
-                parts[LEFT, 3 + k] = max(parts[LEFT, 3 + k], x)
-            if a >= plane:
-                parts[RIGHT, k] = min(parts[RIGHT, k], x)
-                parts[RIGHT, 3 + k] = max(parts[RIGHT, 3 + k], x)
-            if crosses:
-                x += share * (corners[triangle, following, k] - x)
-                for side in range(2):
-                    parts[side, k] = min(parts[side, k], x - slack[k])
-                    parts[side, 3 + k] = max(parts[side, 3 + k], x + slack[k])
-    parts[LEFT, 3 + axis] = min(parts[LEFT, 3 + axis], plane)
-    parts[RIGHT, axis] = max(parts[RIGHT, axis], plane)
+            crossing = x + share * (corners[triangle, following, k] - x)
+            for side in range(2):
+                if a <= plane if side == LEFT else a >= plane:
+                    include(parts, side, k, x, x)
+                if crosses:
+                    include(parts, side, k, crossing - slack[k], crossing + slack[k])
+    restrict(parts, LEFT, axis, -np.inf, plane)
+    restrict(parts, RIGHT, axis, plane, np.inf)
     for side in range(2):
         for k in range(3):
-            parts[side, k] = max(parts[side, k], boxes[row, k])
-            parts[side, 3 + k] = min(parts[side, 3 + k], boxes[row, 3 + k])
+            restrict(parts, side, k, boxes[row, k], boxes[row, 3 + k])
+
+
+# ------------------------------------------------------------------------------------------ binning
 
 
 @inner
-def bin_at(x, low, scale, bins):
-    """Return the bin of a coordinate; used alike for counting and for dividing."""
-    return min(int((x - low) * scale), bins - 1)
-
-
-@inner
-def scale_of(bounds, axis, bins):
+def scale_of(bounds, kind, axis, used):
     """Return bins per unit of length across a node; 0 if it has no extent to speak of."""
-    extent = bounds[3 + axis] - bounds[axis]
-    scale = bins * (1.0 - 1e-6) / extent if extent > 0.0 else 0.0
+    extent = bounds[kind, 3 + axis] - bounds[kind, axis]
+    scale = used * (1.0 - 1e-6) / extent if extent > 0.0 else 0.0
     return scale if scale < np.inf else 0.0
 
 
 @inner
-def fill_bins(references, first, count, axis, low, scale, used, bins):
+def bins_of(boxes, i, kind, axis, low, scale, used):
+    """Return the first and the last bin of a reference; used alike for counting and dividing."""
+    if kind == OBJECT:
+        place = int((boxes[i, axis] + boxes[i, 3 + axis] - low) * scale)
+        place = place if place < used else used - 1
+        return place, place
+    start, end = int((boxes[i, axis] - low) * scale), int((boxes[i, 3 + axis] - low) * scale)
+    return start if start < used else used - 1, end if end < used else used - 1
+
+
+@inner
+def fill_bins(references, first, count, kind, axis, low, scale, used, bins):
     """Chop references at the borders of the bins."""
+    corners, slack, triangle = references.corners, references.slack, references.triangle
     boxes, parts = references.boxes, bins.parts
     for b in range(used):
-        bins.starts[b], bins.ends[b] = 0, 0
+        bins.counts[b] = bins.counts[used + b] = 0
         clear(bins.boxes, b)
     for i in range(first, first + count):
-        b = bin_at(boxes[i, axis], low, scale, used)
-        last = bin_at(boxes[i, 3 + axis], low, scale, used)
-        bins.starts[b] += 1
-        bins.ends[last] += 1
+        b, last = bins_of(boxes, i, kind, axis, low, scale, used)
+        bins.counts[b] += 1
+        bins.counts[used + last] += 1
         if b == last:
             grow(bins.boxes, b, boxes, i)
             continue
         copy(parts, REST, boxes, i)
         while b < last:
             plane = low + (b + 1) / scale
-            chop(references, references.triangle[i], parts, REST, axis, plane, parts)
+            chop(corners, slack, triangle[i], parts, REST, axis, plane, parts)
             if not is_empty(parts, LEFT):
                 grow(bins.boxes, b, parts, LEFT)
             copy(parts, REST, parts, RIGHT)
@@ -207,11 +221,26 @@ def fill_bins(references, first, count, axis, low, scale, used, bins):
 
 
 @inner
-def best_spatial_split(references, first, count, bounds, used, bins):
-    """Return the cheapest of 3 (used - 1) planes; `bins.sides` gets the boxes of both sides.
+def best_split(references, first, count, room, kind, bounds, used, bins, limits, depth, best_cost):
+    """Return the cheapest of 3 (used - 1) planes; the boxes of both sides go to SIDES.
 
-    A plane has to take something away from either side: with all references on one side again,
-    splitting might go on for ever.
+    A spatial split may leave all references on both sides: of diagonal ones, each has a quarter of
+    the area then. What puts an end to that is the overlap from which on it is looked for.
+
+    Parameters
+    ----------
+    room : int
+        References that there may be in the children together.
+    kind : int
+        OBJECT or SPATIAL.
+    bounds : (2, 6) float64
+        Of the node, see :data:`OBJECT`.
+    used : int
+        How many bins.
+    limits, depth
+        Decide the order of the axes (:func:`.top_down.axis_at`).
+    best_cost : float
+        Only cheaper ones count.
 
     Returns
     -------
@@ -224,53 +253,69 @@ def best_spatial_split(references, first, count, bounds, used, bins):
     cost : float
         SA(L) N_L + SA(R) N_R.
     """
-    best_axis, best_bin, best_left, best_right, best_cost = -1, 0, 0, 0, np.inf
+    best_axis, best_bin, best_left, best_right = -1, 0, 0, 0
     parts = bins.parts
-    for axis in range(3):
-        scale = scale_of(bounds, axis, used)
+    for turn in range(3):
+        axis = axis_at(limits, depth, turn)
+        scale = scale_of(bounds, kind, axis, used)
         if scale == 0.0:
             continue
-        fill_bins(references, first, count, axis, bounds[axis], scale, used, bins)
-        # From the right: right_boxes[b] is around everything behind bin b.
+        fill_bins(references, first, count, kind, axis, bounds[kind, axis], scale, used, bins)
+        # From the right.
         clear(parts, RIGHT)
         for b in range(used - 1, 0, -1):
             grow(parts, RIGHT, bins.boxes, b)
-            copy(bins.right_boxes, b - 1, parts, RIGHT)
+            copy(bins.boxes, used + b - 1, parts, RIGHT)
         # From the left, with the other side at hand.
         clear(parts, LEFT)
         n_left, n_right = 0, count
         for b in range(used - 1):
             grow(parts, LEFT, bins.boxes, b)
-            n_left += bins.starts[b]
-            n_right -= bins.ends[b]
-            if n_left == 0 or n_right == 0 or n_left == count or n_right == count:
+            n_left += bins.counts[b]
+            n_right -= bins.counts[used + b]
+            if n_left == 0 or n_right == 0 or n_left + n_right > room:
                 continue
-            cost = n_left * area_of(parts[LEFT]) + n_right * area_of(bins.right_boxes[b])
+            cost = n_left * area_of(parts[LEFT]) + n_right * area_of(bins.boxes[used + b])
             if cost < best_cost:
                 best_axis, best_bin, best_left, best_right = axis, b, n_left, n_right
                 best_cost = cost
-                copy(bins.sides, LEFT, parts, LEFT)
-                copy(bins.sides, RIGHT, bins.right_boxes, b)
+                copy(parts, SIDES + LEFT, parts, LEFT)
+                copy(parts, SIDES + RIGHT, bins.boxes, used + b)
+        if limits.in_turn and best_axis >= 0:
+            break
     return best_axis, best_bin, best_left, best_right, best_cost
+
+
+@inner
+def overlap_of(parts):
+    """Return the surface area of what the two SIDES have in common."""
+    copy(parts, TRIAL, parts, SIDES + LEFT)
+    for axis in range(3):
+        restrict(parts, TRIAL, axis, parts[SIDES + RIGHT, axis], parts[SIDES + RIGHT, 3 + axis])
+    return 0.0 if is_empty(parts, TRIAL) else area_of(parts[TRIAL])
 
 
 # ---------------------------------------------------------------------------------------- dividing
 
 
 @inner
-def side_of(boxes, row, sides, n_left, n_right, has_room):
-    """Return where a straddling reference is cheapest: LEFT, RIGHT, or REST for both.
+def side_of(boxes, row, parts, n_left, n_right):
+    """Return where a straddling reference is cheapest: LEFT, RIGHT or BOTH.
 
     *Reference unsplitting*: leaving it whole on one side makes that side's box larger, but saves a
     reference on the other.
     """
-    left, right = area_of(sides[LEFT]), area_of(sides[RIGHT])
-    both = left * n_left + right * n_right if has_room else np.inf
-    only_left = area_with(sides, LEFT, boxes, row) * n_left + right * (n_right - 1)
-    only_right = left * (n_left - 1) + area_with(sides, RIGHT, boxes, row) * n_right
-    if both <= only_left and both <= only_right:
-        return REST
-    return LEFT if only_left <= only_right else RIGHT
+    left, right = area_of(parts[SIDES + LEFT]), area_of(parts[SIDES + RIGHT])
+    cost, side = left * n_left + right * n_right, BOTH
+    copy(parts, TRIAL, boxes, row)
+    grow(parts, TRIAL, parts, SIDES + LEFT)
+    only_left = area_of(parts[TRIAL]) * n_left + right * (n_right - 1)
+    if only_left < cost:
+        cost, side = only_left, LEFT
+    copy(parts, TRIAL, boxes, row)
+    grow(parts, TRIAL, parts, SIDES + RIGHT)
+    only_right = left * (n_left - 1) + area_of(parts[TRIAL]) * n_right
+    return RIGHT if only_right < cost else side
 
 
 @inner
@@ -283,52 +328,47 @@ def swap(references, i, j):
 
 
 @inner
-def divide_spatially(
-    references, first, count, room, bounds, axis, last_left, n_left, n_right, used, bins
-):
+def divide(references, first, count, kind, bounds, axis, last_left, n_left, n_right, used, bins):
     """Divide references by a plane: left ones first, right ones next, behind the end what is new.
 
     Parameters
     ----------
-    room : int
-        References that may be there in the end.
     axis, last_left, n_left, n_right
-        As :func:`best_spatial_split` returned them, with `bins.sides`.
+        As :func:`best_split` returned them, with SIDES of the bins.
 
     Returns
     -------
     n_left, n_right : int
+        One may be 0, if all straddle and are cheapest on the same side.
     plane : float
         Where it is.
     """
-    triangle, boxes, parts, sides = references.triangle, references.boxes, bins.parts, bins.sides
-    scale = scale_of(bounds, axis, used)
-    plane = bounds[axis] + (last_left + 1) / scale
+    triangle, boxes, parts = references.triangle, references.boxes, bins.parts
+    low, scale = bounds[kind, axis], scale_of(bounds, kind, axis, used)
+    plane = low + (last_left + 1) / scale
     i, j, end = first, first + count, first + count
     while i < j:
-        where = REST
-        if bin_at(boxes[i, 3 + axis], bounds[axis], scale, used) <= last_left:
+        start, last = bins_of(boxes, i, kind, axis, low, scale, used)
+        if last <= last_left:
             where = LEFT
-        elif bin_at(boxes[i, axis], bounds[axis], scale, used) > last_left:
+        elif start > last_left:
             where = RIGHT
         else:
-            chop(references, triangle[i], boxes, i, axis, plane, parts)
+            chop(references.corners, references.slack, triangle[i], boxes, i, axis, plane, parts)
             # The box may straddle the plane though nothing of the triangle in it does.
             if is_empty(parts, LEFT):
                 where = RIGHT
-                n_left -= 1
             elif is_empty(parts, RIGHT):
                 where = LEFT
-                n_right -= 1
             else:
-                where = side_of(boxes, i, sides, n_left, n_right, end < first + room)
-                if where == LEFT:
-                    grow(sides, LEFT, boxes, i)
-                    n_right -= 1
-                elif where == RIGHT:
-                    grow(sides, RIGHT, boxes, i)
-                    n_left -= 1
-        if where == REST:
+                where = side_of(boxes, i, parts, n_left, n_right)
+            if where == LEFT:
+                grow(parts, SIDES + LEFT, boxes, i)
+                n_right -= 1
+            elif where == RIGHT:
+                grow(parts, SIDES + RIGHT, boxes, i)
+                n_left -= 1
+        if where == BOTH:
             copy(boxes, i, parts, LEFT)
             copy(boxes, end, parts, RIGHT)
             triangle[end] = triangle[i]

@@ -173,6 +173,8 @@ def settle(rule, tree, splits, node, first, count, axis, place, position, cost):
     cut = first + n_left
     tree.first[node], tree.size[node] = 2 * cut - 1, 0
     splits.axis[cut], splits.position[cut] = axis, position
+    if cost < np.inf and area > 0.0:
+        splits.cost[cut] = limits.c_trav + limits.c_isect * cost / area
     return n_left
 
 
@@ -180,7 +182,7 @@ def settle(rule, tree, splits, node, first, count, axis, place, position, cost):
 def split_node(rule, tree, splits, node, first, count, depth):
     """Fit a node's box, then split it or make it a leaf; return the size of its left child or 0."""
     enclose(rule, first, count)
-    axis, place, position, cost = -1, 0, np.nan, np.inf
+    axis, place, position, cost = -1, 0, 0.0, np.inf
     if count > 1 and depth < MAXIMUM_DEPTH // 2:
         axis, place, position, cost = choose(rule, first, count, depth)
     return settle(rule, tree, splits, node, first, count, axis, place, position, cost)
@@ -221,7 +223,7 @@ def room_for(count: int) -> tuple[Tree, Splits]:
     """
     n_nodes = 2 * count - 1
     tree = Tree(np.zeros((n_nodes, 6)), np.zeros(n_nodes, np.int32), np.full(n_nodes, -1, np.int32))
-    return tree, Splits(np.full(count, -1, np.int8), np.full(count, np.nan))
+    return tree, Splits(np.full(count, -1, np.int8), np.zeros(count), np.zeros(count))
 
 
 def compact(tree: Tree) -> Tree:

@@ -1,0 +1,156 @@
+"""``accelscope animate``: refit against rebuild, frame by frame.
+
+Frames come from the timeline of a .blend (or of the file that is open in Blender), or are mesh
+files, one each. Like :mod:`.command`, this imports no ``bpy`` before it has to.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from ..core.errors import InputError
+from ..core.progress import SILENT, TerminalProgress
+from ..core.scene import Scene
+
+EXAMPLES = """\
+examples:
+  accelscope animate walk.blend --frames 1:24 --pictures walk
+  accelscope animate walk.blend --structure bvh:builder=binned_sah --csv walk.csv
+  accelscope animate step0.obj step1.obj step2.obj
+"""
+
+MOST_FRAMES = 100_000
+
+
+def add_parser(commands: argparse._SubParsersAction) -> None:
+    """Declare the subcommand."""
+    parser = commands.add_parser(
+        "animate",
+        help="refit against rebuild over the frames of an animation",
+        description="Keep the tree of the first frame and refit it to every other one; compare its "
+        "cost with that of a tree built for that frame.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("scenes", nargs="*", metavar="SCENE", help="a .blend, or mesh files, one per frame")
+    add("--structure", default="bvh", metavar="SPEC", help="bvh[:key=value,...]")
+    add("--frames", metavar="A:B[:STEP]",
+        help="frames of the timeline; by default its own range")  # fmt: skip
+    add("--rays", default="random_lines:count=20000", metavar="SPEC",
+        help="what is traced in every frame (default: %(default)s)")  # fmt: skip
+    add("--json", metavar="PATH", help="write the records as JSON; - is standard output")
+    add("--csv", metavar="PATH", help="write the records as CSV")
+    add("--pictures", metavar="DIR", help="write curves over the frames, and a page")
+    add("--threads", type=int, default=0, metavar="N", help="0, the default, takes every core")
+    add("--quiet", action="store_true", help="print no table and no progress")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> None:
+    """Compare over all frames and write what was asked for.
+
+    Raises
+    ------
+    InputError
+        For whatever is wrong with the arguments, the frames or the places to write to.
+    """
+    from .command import (
+        refuse_bad_threads,
+        refuse_to_overwrite,
+        refuse_unwritable,
+        structure_specs,
+        workload_specs,
+    )
+
+    def note(text: str) -> None:
+        if not arguments.quiet:
+            print(f"accelscope: {text}", file=sys.stderr)
+
+    if arguments.structure == "all":
+        raise InputError("only bvh can be refitted, not all")
+    ((structure, settings),) = structure_specs([arguments.structure], note)
+    if structure.name != "bvh":
+        raise InputError(f"only bvh can be refitted, not {arguments.structure}")
+    ((workload, workload_settings),) = workload_specs([arguments.rays])
+    refuse_bad_threads(arguments.threads)
+    numbers = frame_numbers(arguments.frames) if arguments.frames else None
+    outputs = [Path(path) for path in (arguments.json, arguments.csv) if path not in (None, "-")]
+    if arguments.pictures:
+        outputs.append(Path(arguments.pictures) / "index.html")
+    refuse_to_overwrite(arguments.scenes, outputs)
+    for path in outputs:
+        refuse_unwritable(path)
+
+    from ..core.evaluation.animation import animate, table
+    from ..core.evaluation.animation_page import write_page
+    from ..core.evaluation.report import to_json_text, write_csv, write_json
+
+    progress = SILENT if arguments.quiet else TerminalProgress()
+    frames = frames_of(arguments.scenes, numbers, open_file is not None)
+    found = animate(frames, settings, workload, workload_settings, arguments.threads, progress)
+    if arguments.json and arguments.json != "-":
+        write_json(arguments.json, found.records)
+    if arguments.csv:
+        write_csv(arguments.csv, found.records)
+    if arguments.pictures:
+        write_page(Path(arguments.pictures), found)
+    if arguments.json == "-":
+        print(to_json_text(found.records))
+    elif not arguments.quiet:
+        print(table(found.records))
+    sys.stdout.flush()
+
+
+def frame_numbers(text: str) -> range:
+    """Return the frames that ``A:B``, ``A:B:STEP`` or ``A`` means, B included.
+
+    Raises
+    ------
+    InputError
+        If it means none, or is written otherwise.
+    """
+    try:
+        parts = [int(part) for part in text.split(":")]
+        first, last, step = (*parts, *(parts[0], 1)[len(parts) - 1 :])
+    except ValueError:
+        raise InputError(f"--frames is A:B or A:B:STEP, such as 1:24, not '{text}'") from None
+    if step < 1 or last < first:
+        raise InputError(f"--frames {text} means no frame; the first comes before the last")
+    if last - first >= MOST_FRAMES * step:
+        raise InputError(f"--frames {text} means more than {MOST_FRAMES} frames; ask for fewer")
+    return range(first, last + 1, step)
+
+
+def frames_of(
+    scenes: list[str], numbers: range | None, in_blender: bool
+) -> Iterator[tuple[int, Scene]]:
+    """Yield number and scene of every frame that the arguments name.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it cannot be read.
+    """
+    from .command import open_scene
+
+    is_blend = len(scenes) == 1 and scenes[0].lower().endswith(".blend")
+    if not scenes and not in_blender:
+        raise InputError("name a .blend, or mesh files, one per frame")
+    if is_blend or not scenes:
+        if is_blend:
+            open_scene(scenes[0])
+        import bpy
+
+        from . import extraction, timeline
+
+        chosen = timeline.frame_range(bpy.context.scene) if numbers is None else numbers
+        yield from timeline.frames(bpy.context, extraction.VISIBLE, chosen)
+        return
+    if numbers is not None:
+        raise InputError("--frames belongs to the timeline of one .blend; mesh files are one each")
+    for number, argument in enumerate(scenes):
+        yield number, open_scene(argument)

@@ -1,0 +1,97 @@
+"""The lecture's slide "SAH decision" with a slider: a plane, both halves, and what they cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.settings import setting
+from . import overlay
+
+if TYPE_CHECKING:  # importing it for real would import the structures, and Numba with them
+    from ..core.scene import Scene
+    from ..core.structures.bvh.split_plane import SplitPlane
+
+AXES = {"x": "Across x", "y": "Across y", "z": "Across z"}
+
+
+@dataclass(frozen=True)
+class SplitPlaneSettings:
+    """Where the plane is, and the constants of the cost."""
+
+    axis: str = setting("x", "Axis", "Across which axis the plane lies", choices=AXES)
+    position: float = setting(
+        0.5,
+        "Position",
+        "Place of the plane, as a share of the scene's extent along the axis",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    t_tra: float = setting(
+        3.0,
+        "t_tra",
+        "Cost of one traversal step, in the unit of t_tri",
+        minimum=0.0,
+        maximum=1e9,
+    )
+    t_tri: float = setting(
+        1.0,
+        "t_tri",
+        "Cost of one ray-triangle test, in the unit of t_tra",
+        minimum=0.0,
+        maximum=1e9,
+    )
+
+
+class SplitView:
+    """A plane through a scene.
+
+    Attributes
+    ----------
+    plane : SplitPlane or None
+        Figures of the plane that is drawn.
+    rows : list of (str, str)
+        The same in words: labels and texts.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.plane: SplitPlane | None = None
+        self.rows: list[tuple[str, str]] = []
+
+    @cached_property
+    def boxes(self) -> np.ndarray:
+        """Boxes of the triangles, (n, 6) float64."""
+        from ..core.geometry.box import boxes_of
+
+        return boxes_of(self.scene.triangles)
+
+    def draw(self, settings: SplitPlaneSettings | None) -> None:
+        """Draw the plane of some settings, or none."""
+        if settings is None:
+            self.plane, self.rows = None, []
+            overlay.set_lines(overlay.PLANE, None)
+            return
+        from ..core.structures.bvh.exhibits_split_plane import frame_of_plane
+        from ..core.structures.bvh.split_plane import evaluate_plane
+
+        box = np.concatenate([self.scene.lower, self.scene.upper])
+        axis = list(AXES).index(settings.axis)
+        low, high = box[axis], box[3 + axis]
+        position = float(low + settings.position * (high - low))
+        what: tuple[Any, ...] = box, axis, position, settings.t_tra, settings.t_tri
+        self.plane = plane = evaluate_plane(self.boxes, *what)
+        frame = frame_of_plane(self.scene.triangles, self.boxes, *what)
+        overlay.set_lines(overlay.PLANE, frame.segments, frame.colours)
+        self.rows = [
+            (settings.axis, f"{position:.5g}"),
+            ("N_L", str(plane.N_L)),
+            ("N_R", str(plane.N_R)),
+            ("p_L", f"{plane.p_L:.2f}"),
+            ("p_R", f"{plane.p_R:.2f}"),
+            ("Cost(V -> {L, R})", f"{plane.cost:.1f}"),
+            ("Cost(V)", f"{settings.t_tri * len(self.scene):.1f}"),
+        ]

@@ -1,0 +1,112 @@
+"""The timeline of a Blender scene: its frames, one after the other, as scenes of ours."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Iterable, Iterator
+
+import bpy
+
+from ..core.errors import InputError
+from ..core.progress import Progress
+from ..core.scene import Scene
+from . import extraction
+
+PATIENCE = 0.1  # seconds between two looks at whether the work was cancelled
+
+
+def frame_range(scene: bpy.types.Scene) -> range:
+    """Return the frames that a playback of the scene shows."""
+    return range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
+
+
+def frames(
+    context: bpy.types.Context, scope: str, numbers: Iterable[int]
+) -> Iterator[tuple[int, Scene]]:
+    """Yield number and scene of frames, then go back to the frame that was shown before.
+
+    Parameters
+    ----------
+    scope : {"visible", "selected"}
+
+    Raises
+    ------
+    InputError
+        When a frame has no triangle that a ray could hit.
+    """
+    shown = Place(context.scene)
+    try:
+        for number in numbers:
+            context.scene.frame_set(number)
+            yield number, extraction.extract(context, scope)
+    finally:
+        shown.restore()
+
+
+class Place:
+    """Where a scene stands on its timeline."""
+
+    def __init__(self, scene: bpy.types.Scene) -> None:
+        self.scene = scene
+        self.frame, self.subframe = scene.frame_current, scene.frame_subframe
+
+    def restore(self) -> None:
+        """Go back there."""
+        self.scene.frame_set(self.frame, subframe=self.subframe)
+
+
+class Frames:
+    """Frames for work in a background thread, which must not touch Blender.
+
+    The thread waits for the next one in :meth:`iterate`; the main thread takes it from Blender in
+    :meth:`serve`. Work that runs in the main thread itself gets its frames at once.
+
+    Parameters
+    ----------
+    numbers : iterable of int
+    """
+
+    def __init__(self, context: bpy.types.Context, scope: str, numbers: Iterable[int]) -> None:
+        self.shown = Place(context.scene)
+        self._frames = frames(context, scope, numbers)
+        # One frame in hand, so that memory does not grow with the length of the animation.
+        self._ready: queue.Queue[tuple[int, Scene] | InputError | None] = queue.Queue(maxsize=1)
+
+    def serve(self) -> None:
+        """Take one frame from Blender, if there is room for it; call it in the main thread."""
+        if self._ready.full():
+            return
+        try:
+            self._ready.put(next(self._frames, None))
+        except InputError as error:
+            self._ready.put(error)
+
+    def iterate(self, progress: Progress) -> Iterator[tuple[int, Scene]]:
+        """Yield number and scene of every frame.
+
+        Raises
+        ------
+        InputError
+            When a frame has no triangle that a ray could hit.
+        Cancelled
+            From `progress`.
+        """
+        while True:
+            if threading.current_thread() is threading.main_thread():
+                self.serve()
+            progress.report(0, 1, "Waiting for a frame")
+            try:
+                found = self._ready.get(timeout=PATIENCE)
+            except queue.Empty:
+                continue
+            if found is None:
+                return
+            if isinstance(found, InputError):
+                raise found
+            yield found
+
+    def restore(self) -> None:
+        """Show the frame again that was shown before; in the main thread."""
+        self._frames.close()  # type: ignore[attr-defined]
+        self.shown.restore()

@@ -1,0 +1,75 @@
+"""Refit the hierarchy to the scene as it is now."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import bpy
+
+from ..addon import jobs, session
+from ..addon.snapshot import Snapshot
+from ..core.progress import Progress
+
+
+class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
+    bl_idname = "accelscope.refit"
+    bl_label = "Refit"
+    bl_description = (
+        "Keep the tree and fit its volumes to where the triangles are now, "
+        "after the objects were moved or deformed"
+    )
+    bl_options = {"REGISTER"}
+
+    job_text = "Refitting"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if jobs.keep_waiting(cls):
+            return False
+        built = session.current.built
+        if built is None or built.structure.name != "bvh":
+            cls.poll_message_set("Build a BVH first")
+            return False
+        return True
+
+    def prepare(self, context: bpy.types.Context) -> jobs.Work:
+        from ..core.evaluation.experiment import Built, make_record
+        from ..core.structures.bvh import BVH
+        from ..core.structures.bvh.refit import refit
+
+        built, known = session.current.built, session.current.snapshot
+        assert built is not None
+        assert known is not None
+        tree = built.structure
+        assert isinstance(tree, BVH)
+        snapshot = Snapshot.take(context, known.scope)
+        session.current.watch(snapshot)
+        before = tree.statistics().sah
+
+        def work(progress: Progress) -> tuple[Any, ...]:
+            start = time.perf_counter()
+            structure = refit(tree, snapshot.scene, progress)
+            refitted = Built(structure, time.perf_counter() - start)
+            record = {"method": "refit", **make_record(refitted, None)}
+            return before, (snapshot, refitted, structure.cells(), record)
+
+        return work
+
+    def finish(self, context: bpy.types.Context, result: Any) -> str:
+        from ..core.evaluation.report import show_number, show_seconds
+
+        before, found = result
+        session.current.set_built(*found)
+        _, refitted, _, record = found
+        after = record["statistics"]["sah"]
+        return (
+            f"Refitted in {show_seconds(refitted.seconds)}: "
+            f"SAH {show_number(after)}, before {show_number(before)}"
+        )
+
+    def give_up(self) -> None:
+        session.current.watch_built()
+
+
+CLASSES = (ACCELSCOPE_OT_refit,)

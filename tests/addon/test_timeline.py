@@ -1,0 +1,112 @@
+"""Refit and the comparison over the timeline, in Blender."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def twist(bpy):
+    """A grid that is twisted from frame 3 to frame 6."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=12, y_subdivisions=12, size=4)
+    modifier = bpy.context.object.modifiers.new("twist", "SIMPLE_DEFORM")
+    modifier.deform_method, modifier.deform_axis = "TWIST", "X"
+    for frame, angle in ((3, 0.0), (6, 2 * math.pi)):
+        modifier.angle = angle
+        modifier.keyframe_insert("angle", frame=frame)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 3, 6
+    bpy.context.scene.frame_set(4)
+    return bpy
+
+
+def test_frames_come_from_the_timeline_and_it_goes_back(twist):
+    from accelscope.addon import timeline
+
+    scene = twist.context.scene
+    numbers = timeline.frame_range(scene)
+    assert list(numbers) == [3, 4, 5, 6]
+    found = dict(timeline.frames(twist.context, "visible", numbers))
+    assert list(found) == [3, 4, 5, 6]
+    assert np.ptp(found[3].triangles[..., 2]) == pytest.approx(0.0, abs=1e-5)
+    assert np.ptp(found[6].triangles[..., 2]) > 1.0
+    assert scene.frame_current == 4
+
+
+def test_refit_follows_a_deformation(twist, root, current):
+    with pytest.raises(RuntimeError, match="poll"):
+        twist.ops.accelscope.refit()
+    twist.context.scene.frame_set(3)
+    twist.ops.accelscope.build()
+    tree, before = current.built.structure, current.record["statistics"]["sah"]
+    twist.context.scene.frame_set(6)
+    assert twist.ops.accelscope.refit() == {"FINISHED"}
+    assert current.status(twist.context).up_to_date
+    assert np.array_equal(current.built.structure.arrays.first, tree.arrays.first)
+    assert current.built.structure.validate() == []
+    assert current.record["method"] == "refit"
+    assert current.record["statistics"]["sah"] > 1.2 * before
+    assert twist.ops.accelscope.trace() == {"FINISHED"}
+
+
+def test_refit_says_when_the_triangles_are_others(twist, root, current):
+    twist.ops.accelscope.build()
+    twist.ops.mesh.primitive_cube_add()
+    with pytest.raises(RuntimeError, match="build anew"):
+        twist.ops.accelscope.refit()
+    assert current.built is not None
+
+
+def test_comparison_over_the_timeline(twist, root, current):
+    assert twist.ops.accelscope.compare_over_timeline() == {"FINISHED"}
+    assert twist.context.scene.frame_current == 4
+    assert current.status(twist.context).up_to_date
+    assert [record["frame"] for record in current.timeline] == [3, 3, 4, 4, 5, 5, 6, 6]
+    exhibits = {each.name: each for each in current.built.structure.exhibits()}
+    assert exhibits["refit_over_timeline"].count == 4
+    twist.ops.accelscope.clear()
+    assert current.timeline == []
+
+
+def test_comparison_needs_a_hierarchy(twist, root):
+    root.structure = "grid"
+    with pytest.raises(RuntimeError, match="poll"):
+        twist.ops.accelscope.compare_over_timeline()
+
+
+def test_frames_for_a_thread_are_served_one_by_one(twist):
+    import threading
+
+    from accelscope.addon.timeline import Frames
+    from accelscope.core.progress import SILENT
+
+    frames = Frames(twist.context, "visible", range(3, 7))
+    found = []
+    thread = threading.Thread(target=lambda: found.extend(frames.iterate(SILENT)), daemon=True)
+    thread.start()
+    for _ in range(200):
+        frames.serve()
+        thread.join(0.01)
+        if not thread.is_alive():
+            break
+    assert [number for number, _ in found] == [3, 4, 5, 6]
+    frames.restore()
+    assert twist.context.scene.frame_current == 4
+
+
+def test_command_line(twist, tmp_path, capsys):
+    from accelscope.addon.command import main
+
+    path = tmp_path / "twist.blend"
+    twist.ops.wm.save_as_mainfile(filepath=str(path))
+    capsys.readouterr()
+    assert main(["animate", str(path), "--frames", "3:6:3", "--json", "-", "--quiet"]) == 0
+    from_path = json.loads(capsys.readouterr().out)["records"]
+    assert [record["frame"] for record in from_path] == [3, 3, 6, 6]
+    # As ``blender --command accelscope animate`` does with the file that is open.
+    assert main(["animate", "--json", "-", "--quiet"], lambda: None) == 0
+    from_open = json.loads(capsys.readouterr().out)["records"]
+    assert [record["frame"] for record in from_open] == [3, 3, 4, 4, 5, 5, 6, 6]
+    costs = [[r["statistics"]["sah"] for r in rs] for rs in (from_path[-2:], from_open[-2:])]
+    assert costs[0] == costs[1]
