@@ -26,7 +26,7 @@ from ..core.settings import describe, only_for_in_words, parse, parse_spec, with
 from ..core.structures import structure_named, structures
 from ..core.structures.contract import Structure
 from ..sample_scenes import make_sample, samples
-from . import command_animate
+from . import command_animate, command_efficiency
 
 EXAMPLES = """\
 examples:
@@ -83,6 +83,7 @@ def make_parser() -> argparse.ArgumentParser:
     add("--quiet", action="store_true", help="print no table and no progress")
     evaluate.set_defaults(run=evaluate_all)
     command_animate.add_parser(commands)
+    command_efficiency.add_parser(commands)
     return parser
 
 

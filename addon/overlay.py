@@ -12,6 +12,7 @@ Nothing here holds a reference to Blender's data, so undo, file load and deleted
 from __future__ import annotations
 
 import traceback
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -189,6 +190,12 @@ def set_lines(layer: str, segments: np.ndarray | None, colours: np.ndarray | Non
     if segments is not None and colours is not None and len(segments):
         _overlay.layers[layer] = _Layer(segments, colours)
     tag_redraw()
+
+
+def points_of(layers: Sequence[str]) -> np.ndarray:
+    """Return the ends of all lines in some layers, (n, 3) float32."""
+    shown = [_overlay.layers[name].segments for name in layers if name in _overlay.layers]
+    return np.concatenate([np.empty((0, 2, 3), np.float32), *shown]).reshape(-1, 3)
 
 
 def uploads() -> int:

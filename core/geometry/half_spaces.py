@@ -150,15 +150,15 @@ def measure_range(planes, neighbours, middles, sizes, shells, room, areas, conte
 
 
 @kernel
-def write_faces(planes, neighbours, middles, sizes, shells, room, points, sizes_out, owners):
-    """Write the corners of all faces that are seen; return the number of corners and of faces."""
+def write_faces(planes, neighbours, middles, sizes, shells, room, thin, points, sizes_out, owners):
+    """Write the corners of faces that are not too thin; return the number of these and of those."""
     n_points, n_faces = 0, 0
     for i in range(len(planes)):
         for face in range(planes.shape[1]):
             row, count = cut_face(
                 planes[i], face, neighbours[face], middles[i], sizes[i], shells[i], room
             )
-            if count < 3 or polygon_area(room.points[row], count) <= THIN * sizes[i] * sizes[i]:
+            if count < 3 or polygon_area(room.points[row], count) < thin * sizes[i] * sizes[i]:
                 continue
             for corner in range(count):
                 for k in range(3):
@@ -237,13 +237,15 @@ def measured(volumes: Any, progress: Progress = SILENT) -> tuple[np.ndarray, np.
     return areas, contents
 
 
-def faces_of(volumes: Any, numbers: np.ndarray) -> Polygons:
+def faces_of(volumes: Any, numbers: np.ndarray, thin: float = THIN) -> Polygons:
     """Return the faces of some polyhedra; the owner of a face is its place in `numbers`.
 
     Parameters
     ----------
     volumes : NamedTuple of arrays
         With methods ``boxes()``, ``half_spaces(numbers)`` and ``neighbours()``.
+    thin : float
+        Faces below this share of the polyhedron's size squared are left out.
     """
     boxes, neighbours = volumes.boxes(), volumes.neighbours()
     lists = []
@@ -255,7 +257,7 @@ def faces_of(volumes: Any, numbers: np.ndarray) -> Polygons:
         points, sizes = np.empty((n * 8 * m, 3)), np.empty(n * m, np.int64)
         owners = np.empty(n * m, np.int64)
         n_points, n_faces = call(
-            write_faces, planes, neighbours, *rest, make_room(m), points, sizes, owners
+            write_faces, planes, neighbours, *rest, make_room(m), thin, points, sizes, owners
         )
         lists.append((points[:n_points].copy(), sizes[:n_faces].copy(), owners[:n_faces] + begin))
     points, sizes, owners = (np.concatenate(parts) for parts in zip(*lists))

@@ -25,7 +25,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import implements
-from ..outlines import corners_of
 from .affine import EPS, checked, moved, rounding
 from .box import surface_area
 from .half_spaces import faces_of, measured, tight_neighbours
@@ -99,14 +98,12 @@ class KDOPs(NamedTuple):
         The directions stay, so the moved corners are bounded anew.
         """
         matrix = checked(matrix)
-        faces = faces_of(self, np.arange(len(self.rows)))
-        # A flat one may have no face that is seen: its box has corners anyway.
+        # Thin faces, too: their corners may be nobody else's.
+        faces = faces_of(self, np.arange(len(self.rows)), thin=0.0)
         rows = np.empty_like(self.rows)
         for i in range(len(rows)):
             first, last = np.searchsorted(faces.owners, (i, i + 1))
             corners = faces.points[faces.offsets[first] : faces.offsets[last]][None]
-            if last == first:
-                corners = corners_of(self.boxes()[i : i + 1])
             along = moved(corners[0], matrix) @ self.directions.T
             slack = 3.0 * rounding(corners, matrix)[0]
             rows[i, 0::2], rows[i, 1::2] = along.min(axis=0) - slack, along.max(axis=0) + slack

@@ -17,7 +17,9 @@ from .exhibits_morton import morton_exhibits
 from .exhibits_ploc import ploc_exhibits
 from .exhibits_rearranging import rearranging_exhibits
 from .exhibits_refit import refit_over_timeline
+from .exhibits_sbvh import spatial_splits
 from .exhibits_split_plane import split_planes
+from .exhibits_volume import volume_efficiency
 
 if TYPE_CHECKING:
     from ...outlines import Wires
@@ -33,9 +35,11 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         split_planes(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
+        volume_efficiency(bvh),
         *morton_exhibits(bvh),
         *ploc_exhibits(bvh),
         *rearranging_exhibits(bvh),
+        *spatial_splits(bvh),
         *([refit_over_timeline(bvh)] if bvh.history else []),
     ]
 

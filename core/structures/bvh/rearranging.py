@@ -122,7 +122,7 @@ def cost_of(tree: LinkedTree, settings: BVHSettings) -> float:
 
 def settled(costs: list[float]) -> bool:
     """Say whether the last two steps gained less than ENOUGH together."""
-    return len(costs) > 2 and costs[-1] > costs[-3] * (1.0 - ENOUGH)
+    return len(costs) > 2 and not costs[-1] < costs[-3] * (1.0 - ENOUGH)
 
 
 def from_leaves_up(

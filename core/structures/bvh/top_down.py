@@ -173,7 +173,7 @@ def settle(rule, tree, splits, node, first, count, axis, place, position, cost):
     cut = first + n_left
     tree.first[node], tree.size[node] = 2 * cut - 1, 0
     splits.axis[cut], splits.position[cut] = axis, position
-    if axis >= 0 and area > 0.0:
+    if cost < np.inf and area > 0.0:
         splits.cost[cut] = limits.c_trav + limits.c_isect * cost / area
     return n_left
 

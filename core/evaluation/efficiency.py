@@ -1,0 +1,183 @@
+"""Efficiency of a bounding volume for an object: the lecture's B + p I < I, measured.
+
+I is the time of a ray's test of the original object, here of all its triangles one by one; B that
+of its test of the volume; p the share of rays that hit the volume, which then have to test the
+object as well. Both times are measured on this machine, in nanoseconds per ray. The volume pays
+while p is below the break-even 1 - B / I, and makes testing I / (B + p I) times as fast.
+
+p belongs to the rays, not to the volume alone: through the volume's own box it is 1. So the lines
+are drawn through a ball `spread` times as large as the one around the object's box. They are
+isotropic and uniform, which is why p is S / S_ball for a convex volume; it is measured as well.
+
+How tight a volume is, does not depend on the ball: the share of the lines through the volume that
+hit the object, the slide's pA / pB. p_SA is the ratio of surface areas, of the object's convex hull
+and the volume, which is that share for a convex object; p_measured is counted. For one direction
+the share is a ratio of projected areas.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..geometry.hull import hull_area
+from ..geometry.triangle import triangles_of
+from ..progress import SILENT, Progress
+from ..scene import Scene
+from ..settings import setting, to_json
+from ..structures.bvh import BVH
+from ..structures.bvh.fit import fit_all
+from ..structures.line_sample import (
+    Ball,
+    parallel_lines_through,
+    random_lines_through,
+    sample_of,
+)
+from .report import Record, aligned, show_number
+from .timing import time_of_object, time_of_volume
+
+DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+@dataclass(frozen=True)
+class EfficiencySettings:
+    """What efficiency is measured with."""
+
+    lines: int = setting(
+        100_000, "Lines", "Lines of each sample", unit="lines", minimum=100, maximum=10_000_000
+    )
+    seed: int = setting(1, "Seed", "Start of the random numbers", minimum=0)
+    spread: float = setting(
+        2.0,
+        "Spread",
+        "Size of the ball that lines are drawn through; 1 is the one around the object's box",
+        minimum=1.0,
+        maximum=1000.0,
+    )
+
+
+def verdict(B: float, I: float, p: float) -> dict[str, Any]:  # noqa: E741
+    """Return the lecture's inequality B + p I < I with what follows from it.
+
+    Parameters
+    ----------
+    B, I : float
+        Times per ray of the volume and of the object.
+    p : float
+        Share of the rays that hit the volume.
+    """
+    return {
+        "time_with": B + p * I,
+        "time_without": I,
+        "pays": bool(B + p * I < I),
+        "break_even": 1.0 - B / I,
+        "speed_up": I / (B + p * I),
+    }
+
+
+def efficiency_of(
+    scene: Scene,
+    kinds: Sequence[str],
+    settings: EfficiencySettings,
+    directions: Mapping[str, Sequence[float]] | None = None,
+    progress: Progress = SILENT,
+) -> list[Record]:
+    """Measure volumes of some kinds around all of a scene, as one object.
+
+    Parameters
+    ----------
+    kinds : sequence of str
+        Of KINDS.
+    directions : mapping of str to (3,), optional
+        For which projected areas are compared, by name; x, y and z by default.
+
+    Returns
+    -------
+    list of dict
+        One record per kind: ``p_SA``, ``p_measured`` and ``projected`` say how tight it is,
+        ``p_hit`` is the p of the inequality, ``p_hit_measured`` the same, counted.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    ball = Ball.around(scene.lower, scene.upper, settings.spread)
+    structure = BVH.build(scene, BVH.Settings(), progress)
+    triangles = triangles_of(scene)
+    rays = random_lines_through(ball, settings.lines, settings.seed)
+    views = {
+        name: parallel_lines_through(ball, np.asarray(direction, float), settings.lines)
+        for name, direction in (directions or DIRECTIONS).items()
+    }
+    hull = hull_area(scene.triangles.reshape(-1, 3))
+    progress.report(0, len(kinds), "Timing the object")
+    I = time_of_object(triangles, rays.arrays())  # noqa: E741
+    records = []
+    for number, kind in enumerate(kinds):
+        progress.report(number, len(kinds), f"Measuring {kind}")
+        volumes = fit_all(kind, scene.triangles, np.zeros(1, int), np.full(1, len(scene)), SILENT)
+        area, content = float(volumes.areas()[0]), float(volumes.contents()[0])
+        sample = sample_of(rays, structure, volumes)
+        hit = int(sample.hits_volume.sum())
+        tightness = sample.ratio
+        p = area / ball.area()
+        measured = hit / len(rays)
+        B = time_of_volume(kind, scene.triangles, rays.arrays(), triangles.reach)
+        records.append(
+            {
+                "scene": {"name": scene.name, "source": scene.source, "triangles": len(scene)},
+                "volume": kind,
+                "settings": to_json(settings),
+                "surface_area": area,
+                "content": content,
+                "hull_area": hull,
+                "p_SA": hull / area if area > 0.0 else 1.0,
+                "p_measured": tightness,
+                "p_measured_error": standard_error(tightness, hit),
+                "projected": {
+                    name: sample_of(view, structure, volumes).ratio for name, view in views.items()
+                },
+                "p_hit": p,
+                "p_hit_measured": measured,
+                "p_hit_error": standard_error(measured, len(rays)),
+                "B_ns": B,
+                "I_ns": I,
+                **verdict(B, I, p),
+            }
+        )
+    return records
+
+
+def standard_error(share: float, count: int) -> float:
+    """Return the standard error of a share that was counted among `count`."""
+    return float(np.sqrt(share * (1.0 - share) / max(count, 1)))
+
+
+COLUMNS: tuple[tuple[str, Callable[[Record], str]], ...] = (
+    ("volume", lambda r: r["volume"]),
+    ("area", lambda r: show_number(r["surface_area"])),
+    ("p_SA", lambda r: f"{r['p_SA']:.3f}"),
+    ("p_measured", lambda r: f"{r['p_measured']:.3f} ± {r['p_measured_error']:.3f}"),
+    ("p hit", lambda r: f"{r['p_hit']:.3f}"),
+    ("counted", lambda r: f"{r['p_hit_measured']:.3f} ± {r['p_hit_error']:.3f}"),
+    ("B", lambda r: f"{r['B_ns']:.1f} ns"),
+    ("I", lambda r: f"{r['I_ns']:.1f} ns"),
+    ("B + p I", lambda r: f"{r['time_with']:.1f} ns"),
+    ("pays", lambda r: "yes" if r["pays"] else "no"),
+    ("break-even p", lambda r: f"{r['break_even']:.4f}"),
+    ("speed-up", lambda r: f"{r['speed_up']:.2f}"),
+)
+
+
+def table(records: Sequence[Record]) -> str:
+    """Return the records as an aligned table, with the projected ratios behind."""
+    names = list(records[0]["projected"])
+    rows = [[title for title, _ in COLUMNS] + [f"pA/pB {name}" for name in names]]
+    for record in records:
+        projected = [f"{record['projected'][name]:.2f}" for name in names]
+        rows.append([show(record) for _, show in COLUMNS] + projected)
+    return aligned(rows)

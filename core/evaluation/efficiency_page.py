@@ -1,0 +1,71 @@
+"""The pictures of a volume's efficiency, lines in three colours, and a page with its figures."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..scene import Scene
+from ..structures.bvh import BVH
+from ..structures.bvh.exhibits_volume import VIEWS, volume_efficiency
+from .efficiency import COLUMNS
+from .exhibit_pictures import REDUCTION
+from .png import write_png
+from .report import Record, write_text
+from .view import View, camera_around, picture_camera
+
+
+def write_page(folder: Path, scene: Scene, records: Sequence[Record]) -> None:
+    """Write a picture of every kind of volume in every view, and ``index.html``.
+
+    Parameters
+    ----------
+    records : sequence of dict
+        As :func:`.efficiency.efficiency_of` returns them.
+    """
+    kinds = [record["volume"] for record in records]
+    exhibit = volume_efficiency(BVH.build(scene, BVH.Settings()), kinds)
+    frames = [exhibit.frame(number) for number in range(exhibit.count)]
+    points = np.concatenate([frame.segments.reshape(-1, 3) for frame in frames])
+    view = View(scene, camera_around(picture_camera(scene), points), REDUCTION)
+    figures = []
+    for number, frame in enumerate(frames):
+        kind, name = kinds[number // len(VIEWS)], VIEWS[number % len(VIEWS)]
+        file = f"{kind}-{name.replace(' ', '_')}.png"
+        write_png(folder / file, view.with_lines(frame.segments, frame.colours))
+        text = html.escape(frame.caption)
+        figures.append(
+            f'<figure><img src="{file}" alt="{text}"><figcaption>{text}</figcaption></figure>'
+        )
+    titles = "".join(f"<th>{html.escape(title)}</th>" for title, _ in COLUMNS)
+    rows = "".join(
+        "<tr>" + "".join(f"<td>{html.escape(show(record))}</td>" for _, show in COLUMNS) + "</tr>"
+        for record in records
+    )
+    page = PAGE.replace("SCENE", html.escape(scene.name)).replace("FIGURES", "\n".join(figures))
+    write_text(folder / "index.html", page.replace("TABLE", f"<tr>{titles}</tr>{rows}"))
+
+
+PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>AccelScope</title>
+<style>
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 110rem;
+  padding: 0 1.5rem; color: #222; background: #fff; }
+div { display: flex; flex-wrap: wrap; gap: 1.2rem; } figure { margin: 0; width: 25rem; }
+img { width: 100%; border: 1px solid #ddd; } figcaption, p { color: #666; font-size: .85rem; }
+table { border-collapse: collapse; font-size: .85rem; margin: 1rem 0 1.5rem; }
+th, td { text-align: right; padding: .15rem 1rem .15rem 0; font-variant-numeric: tabular-nums; }
+th { font-weight: 600; }
+</style></head><body><h1>SCENE: efficiency of bounding volumes</h1>
+<p>B + p I &lt; I: B and I are times per ray on this machine, p is the share of lines that hit the
+volume. p_SA and p_measured are the shares of the lines through the volume that hit the object,
+from the areas of its convex hull and the volume, and counted.</p>
+<table>TABLE</table>
+<p>Grey lines miss the volume, orange ones hit it in vain, green ones hit the object.</p>
+<div>
+FIGURES
+</div></body></html>
+"""
