@@ -127,7 +127,7 @@ def intervals_of_levels(codes: np.ndarray, levels: int) -> list[np.ndarray]:
     nodes, found = [(0, len(codes))], []
     for _ in range(levels):
         found.append(np.array([begin for begin, _ in nodes]))
-        below = []
+        below: list[tuple[int, int]] = []
         for begin, end in nodes:
             middle = call(find_cut, codes, begin, end) if end - begin > 1 else end
             below += [(begin, middle), (middle, end)] if middle < end else [(begin, end)]

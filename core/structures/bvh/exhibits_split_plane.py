@@ -49,9 +49,6 @@ def split_planes(structure: BVH) -> Exhibit:
     # Of each axis the plane in its middle.
     middles = tuple(range((settings.bins - 1) // 2, len(places), settings.bins - 1))
 
-    per_axis = settings.bins - 1
-    middles = tuple(range(per_axis // 2, len(places), per_axis))
-
     def frame(number: int) -> Frame:
         if number < len(cases):
             return frame_of_case(scene.triangles, boxes(), box, cases[number])
