@@ -13,7 +13,6 @@ from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
 from accelscope.core.structures.bvh.refit import refit
-from accelscope.core.structures.bvh.tree import Pieces
 
 LINES = RandomLinesSettings(count=300)
 
@@ -71,7 +70,7 @@ def test_other_triangles_are_refused(lab, build):
 
 def test_pieces_are_refused(lab, build):
     structure = build("bvh", lab.small_scene("one"))
-    structure.pieces = Pieces(structure.scene.triangles, np.array([0, 1]))
+    structure.parts = np.zeros((len(structure.triangles.ids), 6))
     with pytest.raises(InputError, match="cuts triangles into pieces"):
         refit(structure, structure.scene)
 

@@ -61,7 +61,8 @@ def frames_of(structure: BVH, count: int) -> list[Frame]:
         # What an optimiser gets has one reference a leaf.
         settings = dataclasses.replace(settings, max_leaf_size=1)
     work = Construction(Primitives(corners, boxes_of(corners)), settings)
-    waiting, frames = deque([work.root]), []
+    waiting = deque([work.root])
+    frames: list[Frame] = []
     while len(frames) < count:
         split = work.split(waiting.popleft())
         if split:
