@@ -12,6 +12,7 @@ Nothing here holds a reference to Blender's data, so undo, file load and deleted
 from __future__ import annotations
 
 import traceback
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -31,8 +32,11 @@ RAY, EXHIBIT, PLANE = "ray", "exhibit", "plane"
 LAYER_WIDTH = {EXHIBIT: 0.5, PLANE: 1.0, RAY: 2.0}
 """Width of lines in pixels beyond that of cells, by layer; the last is drawn on top."""
 
-HIDDEN_OPACITY = 0.25
-"""Opacity of those parts of lines in layers that lie behind something."""
+HIDDEN_OPACITY, HIDDEN_OPACITY_OF_FEW = 0.25, 0.5
+"""Opacity of those parts of lines in layers that lie behind something, of many and of few."""
+
+FEW_LINES = 2000
+"""So many lines do not hide each other."""
 
 TINT_COVER = 0.6
 """Share of the view that tinted empty leaves cover together, at full opacity."""
@@ -191,6 +195,12 @@ def set_lines(layer: str, segments: np.ndarray | None, colours: np.ndarray | Non
     tag_redraw()
 
 
+def points_of(layers: Sequence[str]) -> np.ndarray:
+    """Return the ends of all lines in some layers, (n, 3) float32."""
+    shown = [_overlay.layers[name].segments for name in layers if name in _overlay.layers]
+    return np.concatenate([np.empty((0, 2, 3), np.float32), *shown]).reshape(-1, 3)
+
+
 def uploads() -> int:
     """Return how many times geometry went to the graphics card since Blender started."""
     return _overlay.uploads
@@ -269,8 +279,12 @@ def draw(display: Any, pixel_size: float = 1.0) -> None:
             _draw_faces(_overlay.tools, drawn, display)
             _draw_lines(_overlay.tools, drawn, display, pixel_size)
         for name in layers:
+            layer = _overlay.layers[name]
+            # Rays run through cells: there the crispest line is the one in front.
+            few = name != RAY and len(layer.segments) <= FEW_LINES
             width = (display.line_width + LAYER_WIDTH[name]) * pixel_size
-            _draw_layer(_overlay.tools, _overlay.layers[name], width)
+            hidden = HIDDEN_OPACITY_OF_FEW if few else HIDDEN_OPACITY
+            _draw_layer(_overlay.tools, layer, width, hidden)
     finally:
         gpu.state.blend_set(before[0])
         gpu.state.depth_test_set(before[1])
@@ -369,12 +383,12 @@ def _draw_run(
         shape.draw_instanced(shader, instance_count=end - begin)
 
 
-def _draw_layer(tools: _Tools, layer: _Layer, width: float) -> None:
+def _draw_layer(tools: _Tools, layer: _Layer, width: float, hidden: float) -> None:
     """Draw the lines of a layer, faint where they lie behind something."""
     shader = tools.paths_shader
     shader.bind()
     overlay_shader.set_view(shader, width)
-    for depth_test, opacity in (("GREATER", HIDDEN_OPACITY), ("LESS_EQUAL", 1.0)):
+    for depth_test, opacity in (("GREATER", hidden), ("LESS_EQUAL", 1.0)):
         gpu.state.depth_test_set(depth_test)
         shader.uniform_float("opacity", opacity)
         layer.batch.draw(shader)

@@ -66,7 +66,7 @@ def draw_figure(layout: bpy.types.UILayout, label: str, text: str) -> None:
 def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
     """Draw a text over as many lines as it needs; `width` is that of the region in pixels."""
     # About the width of a character in the interface's font.
-    characters = max(int(width / (8.0 * bpy.context.preferences.system.ui_scale)) - 6, 16)
+    characters = max(int(width / (7.0 * bpy.context.preferences.system.ui_scale)) - 5, 16)
     lines: list[str] = [""]
     for word in text.split():
         if lines[-1] and len(lines[-1]) + 1 + len(word) > characters:

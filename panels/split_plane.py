@@ -34,6 +34,7 @@ class VIEW3D_PT_accelscope_split_plane(SidebarPanel, bpy.types.Panel):
         column.prop(group, "position", slider=True)
         column.prop(group, "t_tra")
         column.prop(group, "t_tri")
+        layout.operator("accelscope.view_exhibit", icon="ZOOM_SELECTED")
         grid = layout.column(align=True)
         for label, text in view.rows:
             draw_figure(grid, label, text)

@@ -14,6 +14,9 @@ from .view import View, camera_around, picture_camera
 MOST_FRAMES = 4
 """Frames on the page of an exhibit that names none: first, last, even steps between."""
 
+FEW_SEGMENTS = 2000
+"""Segments up to which lines are drawn wide, and clearly behind the mesh, too."""
+
 REDUCTION = 1.5
 """Pictures of frames are smaller than others, since several stand in a row."""
 
@@ -44,7 +47,7 @@ class ExhibitPainter:
         frames = [exhibit.frame(number) for number in numbers]
         view = self._view_of(frames)
         return [
-            FramePicture(number, frame.caption, view.with_lines(frame.segments, frame.colours))
+            FramePicture(number, frame.caption, drawn(view, frame))
             for number, frame in zip(numbers, frames, strict=True)
         ]
 
@@ -55,6 +58,13 @@ class ExhibitPainter:
             return self.usual
         around = camera_around(self.usual.camera, np.concatenate([points, self.corners]))
         return View(self.scene, around, REDUCTION)
+
+
+def drawn(view: View, frame: Frame) -> np.ndarray:
+    """Draw one frame."""
+    if len(frame.segments) > FEW_SEGMENTS:
+        return view.with_lines(frame.segments, frame.colours)
+    return view.with_lines(frame.segments, frame.colours, width=2, hidden=0.5)
 
 
 def frames_to_show(count: int) -> list[int]:

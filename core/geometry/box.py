@@ -67,6 +67,15 @@ def area_of(box):
     return 2.0 * (x * y + y * z + z * x)
 
 
+@inner
+def union_area(a, b):
+    """Return the surface area of the box around two boxes, (6,) each; for kernels."""
+    x = (a[3] if a[3] > b[3] else b[3]) - (a[0] if a[0] < b[0] else b[0])
+    y = (a[4] if a[4] > b[4] else b[4]) - (a[1] if a[1] < b[1] else b[1])
+    z = (a[5] if a[5] > b[5] else b[5]) - (a[2] if a[2] < b[2] else b[2])
+    return 2.0 * (x * y + y * z + z * x)
+
+
 def boxes_of(triangles: np.ndarray) -> np.ndarray:
     """Return the boxes of triangles.
 

@@ -54,6 +54,11 @@ def outlines(polygons: np.ndarray) -> np.ndarray:
     return edges.reshape(-1, 2, 3)
 
 
+def counted(number: int, one: str, many: str) -> str:
+    """Return a number with its noun: ``"1 node"``, ``"1 203 nodes"``."""
+    return f"{number:,} {one if number == 1 else many}".replace(",", " ")
+
+
 class Chart:
     """A chart in an upright plane beside the model.
 

@@ -268,6 +268,7 @@ def objects_of(scene: Scene, parts: int, progress: Progress) -> tuple[np.ndarray
         else:
             done.append(begin)
             finished += end - begin
+    progress.report(finished, len(scene), "Dividing the scene")
     return order, np.array([*sorted(done), len(order)], dtype=np.int64)
 
 

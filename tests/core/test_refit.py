@@ -70,7 +70,7 @@ def test_other_triangles_are_refused(lab, build):
 
 def test_pieces_are_refused(lab, build):
     structure = build("bvh", lab.small_scene("one"))
-    structure.parts = np.zeros((1, 6))
+    structure.parts = np.zeros((len(structure.triangles.ids), 6))
     with pytest.raises(InputError, match="cuts triangles into pieces"):
         refit(structure, structure.scene)
 

@@ -1,6 +1,7 @@
 """SBVH: chopping is conservative, the bound holds, nothing is lost, and it pays."""
 
 import dataclasses
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -9,17 +10,13 @@ from accelscope.core.geometry.box import boxes_of, surface_area
 from accelscope.core.kernels import kernel
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh import BVHSettings, binned_sah, sbvh
+from accelscope.core.structures.bvh.chop import BOTH, LEFT, RIGHT, References, chop
 from accelscope.core.structures.bvh.pieces import pieces_of
 from accelscope.core.structures.bvh.spatial_split import (
-    BOTH,
-    LEFT,
     OBJECT,
-    RIGHT,
     SIDES,
     SPATIAL,
-    References,
     best_split,
-    chop,
     make_bins,
     overlap_of,
     side_of,
@@ -363,3 +360,34 @@ def test_damage_is_found(build):
     other[np.flatnonzero(ids == several)[0]] = numbers[counts > 2][1]
     structure.triangles = structure.triangles._replace(ids=other)
     assert "the parts of a triangle do not cover it" in structure.validate()
+
+
+@pytest.mark.parametrize("settings", ["", "optimise=rotate", "duplication=1.1"])
+def test_the_exhibit_counts_what_it_shows(build, settings):
+    from accelscope.core.scene import Scene
+    from accelscope.core.structures.exhibits import MOST_SEGMENTS
+
+    scene = Scene.from_triangles(thicket(), "thicket")
+    structure = build("bvh", scene, f"builder=sbvh,{settings}".rstrip(","))
+    (exhibit,) = (each for each in structure.exhibits() if each.name == "spatial_splits")
+    made = structure.statistics().extra["spatial_splits"]
+    depths = np.repeat(np.arange(len(made)), made)[: exhibit.count]
+    assert exhibit.count == min(sum(made), 12)
+    for number, depth in enumerate(depths):
+        frame = exhibit.frame(number)
+        assert f"at depth {depth}:" in frame.caption
+        counts = re.search(r"(\d+) references into (\d+) .* and (\d+) .*; (\d+)", frame.caption)
+        size, left, right, both = (int(count) for count in counts.groups())
+        assert size == left + right - both
+        assert both > 0
+        assert 0 < len(frame.segments) <= MOST_SEGMENTS
+        assert len(frame.colours) == len(frame.segments)
+
+
+def test_without_spatial_splits_there_is_no_exhibit(build):
+    from accelscope.core.scene import Scene
+
+    scene = Scene.from_triangles(thicket(), "thicket")
+    for settings in ("builder=sbvh,duplication=1", "builder=binned_sah"):
+        names = [each.name for each in build("bvh", scene, settings).exhibits()]
+        assert "spatial_splits" not in names

@@ -87,7 +87,7 @@ def test_tour(extension_zip: Path) -> None:
 
 def test_tour_of_exhibits(extension_zip: Path) -> None:
     output = OUTPUT / "tour-exhibits"
-    in_window("tour_exhibits.py", output, "--", extension_zip, seconds=1200)
+    in_window("tour_exhibits.py", output, "--", extension_zip, seconds=2400)
     passed = (output / "passed.txt").read_text(encoding="utf-8").split()
     assert passed == steps_of(HERE / "tour_exhibits.py")
 

@@ -29,16 +29,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...kernels import call, inlined, inner, kernel
+from ...geometry.box import union_area
+from ...kernels import call, inner, kernel
 from ...progress import Progress
 from .collapse import LeafRule, collapse
-from .tree import Grouping, LinkedTree, Primitives
+from .tree import Grouping, LinkedTree, Primitives, leaves_only
 
 if TYPE_CHECKING:
     from .settings import BVHSettings
 
-VISITS = 500_000
-"""Nodes of the search tree that one kernel call visits, in some 20 ms; then the cancel button is
+VISITS = 250_000
+"""Nodes of the search tree that one kernel call visits, in some 10 ms; then the cancel button is
 looked at."""
 
 NOBODY = np.iinfo(np.int32).max
@@ -67,15 +68,6 @@ class Clusters(NamedTuple):
     hull: np.ndarray
     lowest: np.ndarray
     nodes: np.ndarray
-
-
-@inlined
-def area_around(a, b):
-    """Return the surface area of the box around two boxes, each (6,)."""
-    x = (a[3] if a[3] > b[3] else b[3]) - (a[0] if a[0] < b[0] else b[0])
-    y = (a[4] if a[4] > b[4] else b[4]) - (a[1] if a[1] < b[1] else b[1])
-    z = (a[5] if a[5] > b[5] else b[5]) - (a[2] if a[2] < b[2] else b[2])
-    return 2.0 * (x * y + y * z + z * x)
 
 
 @inner
@@ -108,7 +100,7 @@ def nearest(clusters, leaf, stack, distances):
     up = leaf
     while up > 1:
         stack[0] = up ^ 1
-        distances[0] = area_around(box, clusters.hull[up ^ 1])
+        distances[0] = union_area(box, clusters.hull[up ^ 1])
         up >>= 1
         height = 1
         while height > 0:
@@ -123,8 +115,8 @@ def nearest(clusters, leaf, stack, distances):
                 best, best_number, best_leaf = distance, number, node
                 continue
             left = 2 * node
-            near = area_around(box, clusters.hull[left])
-            far = area_around(box, clusters.hull[left + 1])
+            near = union_area(box, clusters.hull[left])
+            far = union_area(box, clusters.hull[left + 1])
             swap = far < near or (far == near and clusters.lowest[left + 1] < clusters.lowest[left])
             stack[height], stack[height + 1] = left + 1 - swap, left + swap
             distances[height], distances[height + 1] = (near, far) if swap else (far, near)
@@ -235,10 +227,7 @@ def cluster(boxes: np.ndarray, progress: Progress) -> LinkedTree:
         From `progress`.
     """
     n = len(boxes)
-    tree = LinkedTree(
-        np.concatenate([boxes, np.empty((n - 1, 6))]),
-        *(np.full(2 * n - 1, -1, np.int32) for _ in range(3)),
-    )
+    tree = leaves_only(boxes)
     nodes = numbers = np.arange(n, dtype=np.int32)
     state = np.array([0, n])
     stack, distances = np.empty(64, np.int64), np.empty(64)

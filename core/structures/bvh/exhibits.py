@@ -9,13 +9,17 @@ import numpy as np
 
 from ...colours import INNER_COLOUR, depth_colours
 from ...outlines import wires_of
+from ..drawing import counted
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
 from .exhibits_kdop import kdop_levels
 from .exhibits_morton import morton_exhibits
+from .exhibits_parallel_sah import parallel_exhibits
 from .exhibits_ploc import ploc_exhibits
 from .exhibits_rearranging import rearranging_exhibits
 from .exhibits_refit import refit_over_timeline
+from .exhibits_sbvh import spatial_splits
+from .exhibits_split_curve import cost_curve
 from .exhibits_split_plane import split_planes
 from .exhibits_volume import volume_efficiency
 
@@ -31,18 +35,24 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         levels(bvh),
         kdop_levels(bvh),
         split_planes(bvh),
+        *cost_curve(bvh),
+        *parallel_exhibits(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
         volume_efficiency(bvh),
         *morton_exhibits(bvh),
         *ploc_exhibits(bvh),
         *rearranging_exhibits(bvh),
+        *spatial_splits(bvh),
         *([refit_over_timeline(bvh)] if bvh.history else []),
     ]
 
 
 FAINT = 0.35
 """Opacity of what is not the subject of a frame."""
+
+ON_PAGE = 0, 2, 4, 8
+"""Levels that pictures show."""
 
 
 def levels(bvh: BVH) -> Exhibit:
@@ -58,7 +68,10 @@ def levels(bvh: BVH) -> Exhibit:
         areas = cells.attributes()["area"]
         on_level = cells.depth == level
         above = cells.is_leaf & (cells.depth < level)
-        places, wires = largest(cells, areas, np.flatnonzero(on_level | above))
+        # The leaves above only where there is room, and large ones before small ones.
+        best_first = np.lexsort((-areas, ~on_level))
+        best_first = best_first[(on_level | above)[best_first]]
+        places, wires = as_many_as_possible(cells, best_first)
         bright = on_level[wires.edge_owners()]
         colours = np.empty((len(bright), 4))
         colours[~bright] = *INNER_COLOUR, FAINT
@@ -74,24 +87,25 @@ def levels(bvh: BVH) -> Exhibit:
             share = areas[on_level | above].sum() / areas[0]
             parts.append(f"together {share:.2f} times the root's surface")
         if len(places) < (on_level | above).sum():
-            parts.append(f"drawn: the {counted(len(places), 'largest', 'largest')}")
+            parts.append(f"drawn: {counted(len(places), 'volume', 'volumes')}")
         return Frame(wires.segments(), colours, "; ".join(parts))
 
     return Exhibit(
-        "levels", "Levels", "The volumes of one level after the other", deepest + 1, frame
+        "levels",
+        "Levels",
+        "The volumes of one level after the other",
+        deepest + 1,
+        frame,
+        on_page=tuple(level for level in ON_PAGE if level <= deepest),
     )
 
 
-def largest(cells: Cells, areas: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, Wires]:
-    """Return as many of some cells as one frame can show, the largest, and their edges."""
+def as_many_as_possible(cells: Cells, best_first: np.ndarray) -> tuple[np.ndarray, Wires]:
+    """Return those of some cells that one frame can show, ascending, and their edges."""
+    places = np.sort(best_first)
     wires = wires_of(cells, places)
     if len(wires.edges) > MOST_SEGMENTS:
         most = max(MOST_SEGMENTS * len(places) // len(wires.edges), 1)
-        places = np.sort(places[np.argsort(-areas[places], kind="stable")[:most]])
+        places = np.sort(best_first[:most])
         wires = wires_of(cells, places)
     return places, wires
-
-
-def counted(number: int, one: str, many: str) -> str:
-    """Return a number with its noun: ``"1 node"``, ``"1 203 nodes"``."""
-    return f"{number:,} {one if number == 1 else many}".replace(",", " ")

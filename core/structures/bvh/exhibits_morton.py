@@ -19,9 +19,9 @@ from ...kernels import call
 from ...outlines import box_segments
 from ...parallel import Team
 from ...progress import SILENT
-from ..drawing import BLUE, GREY, ORANGE, Chart, Lines, coloured, frame_of
+from ..drawing import BLUE, GREY, ORANGE, Chart, Lines, coloured, counted, frame_of
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
-from .lbvh import find_cut, link, make_intervals
+from .lbvh import find_cut
 from .morton import codes_of, sort_by_code
 from .radix_sort import DIGIT, passes, split
 
@@ -65,11 +65,6 @@ def chart_below(bvh: BVH, high: float, top: float) -> Chart:
     return Chart(corner, across, upwards, 0.0, high, top)
 
 
-def grouped(number: int) -> str:
-    """Return a number with its digits in groups of three."""
-    return f"{number:,}".replace(",", " ")
-
-
 # ------------------------------------------------------------------------------------------- curve
 
 
@@ -95,28 +90,27 @@ def morton_curve(bvh: BVH) -> Exhibit:
         found = along_curve()
         if number == 0:
             parts = [curve(found, np.linspace(0.0, 1.0, count), MOST_SEGMENTS)]
-            different = grouped(len(np.unique(found.codes)))
+            different = counted(len(np.unique(found.codes)), "differs", "differ")
             caption = (
-                f"{grouped(count)} centroids in the order of their codes of {bits} bits, "
-                f"{different} of them different"
+                f"{counted(count, 'centroid', 'centroids')} in the order of their codes of {bits} "
+                f"bits, of which {different}"
             )
         else:
             begins = intervals()[number - 1]
             ends = np.append(begins[1:], count)
-            colours = 0.5 * (begins + ends) / count
+            sizes, colours = ends - begins, 0.5 * (begins + ends) / count
             parts = [
-                curve(found, np.repeat(colours, ends - begins), MOST_SEGMENTS * 3 // 4),
+                curve(found, np.repeat(colours, sizes), MOST_SEGMENTS * 3 // 4),
                 boxes_around(found.boxes, begins, colours),
                 brackets(chart_below(bvh, count, levels), intervals()[:number]),
             ]
             caption = (
-                f"Level {number - 1} of LBVH: {len(begins)} intervals of "
-                f"{grouped(int((ends - begins).min()))} to {grouped(int((ends - begins).max()))} "
-                "triangles"
-            ).replace(": 1 intervals", ": 1 interval")
+                f"Level {number - 1} of LBVH: {counted(len(begins), 'interval', 'intervals')}; "
+                f"the largest has {counted(int(sizes.max()), 'triangle', 'triangles')}"
+            )
         drawn = len(parts[0].segments)
         if drawn < count - 1:
-            caption += f"; drawn: {grouped(drawn)} pieces of the curve"
+            caption += f"; drawn: {counted(drawn, 'piece', 'pieces')} of the curve"
         return frame_of(parts, caption)
 
     return Exhibit(
@@ -130,18 +124,13 @@ def morton_curve(bvh: BVH) -> Exhibit:
 
 def intervals_of_levels(codes: np.ndarray, levels: int) -> list[np.ndarray]:
     """Return where the intervals of each level begin, cut as LBVH does; leaves stay."""
-    tree = make_intervals(len(codes))
-    nodes, found = [0], []
+    nodes, found = [(0, len(codes))], []
     for _ in range(levels):
-        found.append(tree.begin[nodes].astype(np.int64))
-        below = []
-        for node in nodes:
-            if tree.size[node] == 1:
-                below.append(node)
-                continue
-            middle = call(find_cut, tree, codes, node)
-            call(link, tree, node, 2 * middle - 1, middle)
-            below += [2 * middle - 1, 2 * middle]
+        found.append(np.array([begin for begin, _ in nodes]))
+        below: list[tuple[int, int]] = []
+        for begin, end in nodes:
+            middle = call(find_cut, codes, begin, end) if end - begin > 1 else end
+            below += [(begin, middle), (middle, end)] if middle < end else [(begin, end)]
         nodes = below
     return found
 
@@ -205,14 +194,16 @@ def radix_sort(bvh: BVH) -> Exhibit:
         codes = states()[number]
         done = min(number * DIGIT, bits)
         if number == 0:
-            caption = f"{grouped(count)} codes of {bits} bits in the order of the triangles"
+            caption = (
+                f"{counted(count, 'code', 'codes')} of {bits} bits in the order of the triangles"
+            )
         else:
             caption = (
                 f"Pass {number} of {digits}, bits {(number - 1) * DIGIT} to {done - 1}: "
                 f"sorted by the lowest {done} bits, which the colour shows"
             )
         if step > 1:
-            caption += f"; drawn: {grouped(len(codes))} of {grouped(count)}"
+            caption += f"; drawn: one of {step}"
         chart = chart_below(bvh, len(codes), 2.0**bits)
         place = np.arange(len(codes)) + 0.5
         ends = chart.points(np.tile(place, 2), np.append(np.zeros(len(codes)), codes))
@@ -257,8 +248,9 @@ def radix_2_split(bvh: BVH) -> Exhibit:
         ones = int(is_one.sum())
         return frame_of(
             parts,
-            f"Bit {bit}: {len(now) - ones} zeros (blue) to the left, {ones} ones (orange) to the "
-            f"right, each in their order; {len(now)} of the codes",
+            f"Bit {bit}: {counted(len(now) - ones, 'zero', 'zeros')} (blue) to the left, "
+            f"{counted(ones, 'one', 'ones')} (orange) to the right, otherwise in order; "
+            f"one of {step} codes",
         )
 
     return Exhibit(

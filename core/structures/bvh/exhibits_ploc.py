@@ -12,7 +12,7 @@ from ...geometry.box import boxes_of
 from ...outlines import box_segments
 from ...parallel import Team
 from ...progress import SILENT
-from ..drawing import Lines, frame_of
+from ..drawing import Lines, counted, frame_of
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
 from .morton import sort_by_code
 from .ploc import iterations
@@ -64,24 +64,21 @@ def ploc_exhibits(bvh: BVH) -> list[Exhibit]:
         colours = np.concatenate([ramp(shot.places), opacity[:, None]], axis=1)
         lines = Lines(box_segments(shot.boxes), np.repeat(colours, 12, axis=0))
         if number == 0:
-            caption = f"{grouped(shot.total)} triangles, each a cluster"
+            caption = f"{counted(shot.total, 'triangle', 'triangles')}, each a cluster"
         else:
-            merged = counts[number - 1] - shot.total
+            merged = counted(counts[number - 1] - shot.total, "merger leaves", "mergers leave")
             caption = (
-                f"Iteration {number} of {len(counts) - 1}: {grouped(merged)} mergers leave "
-                f"{grouped(shot.total)} clusters; bright: merged just now"
+                f"Iteration {number} of {len(counts) - 1}: {merged} "
+                f"{counted(shot.total, 'cluster', 'clusters')}; bright: merged just now"
             )
         if len(shot.boxes) < shot.total:
-            caption += f"; drawn: {grouped(len(shot.boxes))}, evenly along the curve"
+            caption += f"; drawn: {len(shot.boxes)} of them, evenly along the curve"
         return frame_of([lines], caption)
 
+    # Where there are that many clusters for the first time.
+    on_page = tuple(dict.fromkeys(sum(n > most for n in counts) for most in (1000, 100, 20, 5)))
     description = "The clusters after every iteration, coloured along the Morton curve"
-    return [Exhibit("ploc_clusters", "PLOC Clusters", description, len(counts), frame)]
-
-
-def grouped(number: int) -> str:
-    """Return a number with its digits in groups of three."""
-    return f"{number:,}".replace(",", " ")
+    return [Exhibit("ploc_clusters", "PLOC Clusters", description, len(counts), frame, on_page)]
 
 
 def take_snapshots(bvh: BVH) -> list[Snapshot]:

@@ -46,6 +46,8 @@ def split_planes(structure: BVH) -> Exhibit:
         if box[3 + axis] > box[axis]
         for share in np.arange(1, settings.bins) / settings.bins
     ]
+    # Of each axis the plane in its middle.
+    middles = tuple(range((settings.bins - 1) // 2, len(places), settings.bins - 1))
 
     def frame(number: int) -> Frame:
         if number < len(cases):
@@ -58,7 +60,7 @@ def split_planes(structure: BVH) -> Exhibit:
         "Candidate planes of the root: N_L, N_R, p_L, p_R and Cost, and the curve of cost",
         len(cases) + len(places),
         frame,
-        on_page=tuple(range(len(cases))),
+        on_page=tuple(range(len(cases))) or middles,
     )
 
 

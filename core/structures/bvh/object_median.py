@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...kernels import implements, inner
+from ...kernels import implements, kernel
 from ...progress import Progress
 from .centroid_plane import axis_to_divide, cost_of_plane, goes_left, swap
 from .top_down import Limits, choose, divide, enclose, enclose_boxes, grow, limits_of
@@ -50,7 +50,7 @@ def enclose_selection(rule, first, count):
     enclose_boxes(rule.boxes, first, count, rule.bounds)
 
 
-@inner
+@kernel
 def select(boxes, order, first, count, axis, wanted):
     """Reorder a range so that its triangle number `wanted`, if it were sorted, is in its place.
 

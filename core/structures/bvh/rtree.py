@@ -17,9 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...geometry.box import union_area
 from ...kernels import call, inner, kernel
 from ...progress import Progress
-from .tree import LinkedTree
+from .tree import LinkedTree, leaves_only
 
 MOST = 8
 """M: a node with more children is split. Eight boxes in a node are what wide trees have, too."""
@@ -60,16 +61,6 @@ class RTree(NamedTuple):
 
 
 @inner
-def area_around(boxes, a, b):
-    """Return the surface area of the box around two boxes."""
-    p, q = boxes[a], boxes[b]
-    x = (p[3] if p[3] > q[3] else q[3]) - (p[0] if p[0] < q[0] else q[0])
-    y = (p[4] if p[4] > q[4] else q[4]) - (p[1] if p[1] < q[1] else q[1])
-    z = (p[5] if p[5] > q[5] else q[5]) - (p[2] if p[2] < q[2] else q[2])
-    return 2.0 * (x * y + y * z + z * x)
-
-
-@inner
 def enlarge(boxes, entry, other):
     """Make the box of an entry contain that of another."""
     for axis in range(3):
@@ -107,7 +98,7 @@ def join_children(rtree, nodes, tree, made, heads, waiting):
             best, best_a, best_b = np.inf, 0, 1
             for b in range(1, left):
                 for a in range(b):
-                    area = area_around(tree.boxes, waiting[a], waiting[b])
+                    area = union_area(tree.boxes[waiting[a]], tree.boxes[waiting[b]])
                     if area < best:
                         best, best_a, best_b = area, a, b
             a, b = waiting[best_a], waiting[best_b]
@@ -132,10 +123,7 @@ def binary(rtree: RTree, progress: Progress) -> LinkedTree:
         From `progress`.
     """
     n = len(rtree.boxes) - len(rtree.size)
-    tree = LinkedTree(
-        np.concatenate([rtree.boxes[:n], np.empty((n - 1, 6))]),
-        *(np.full(2 * n - 1, -1, np.int32) for _ in range(3)),
-    )
+    tree = leaves_only(rtree.boxes[:n])
     upward = np.argsort(rtree.level, kind="stable")
     heads, waiting = np.empty(len(upward), np.int32), np.empty(MOST, np.int64)
     made = n

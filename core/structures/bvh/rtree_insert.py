@@ -25,11 +25,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...geometry.box import area_of
+from ...geometry.box import area_of, union_area
 from ...kernels import call, inner, kernel
 from ...progress import Progress
 from .collapse import LeafRule, collapse
-from .rtree import LEAST, MOST, RTree, area_around, binary, enlarge
+from .rtree import LEAST, MOST, RTree, binary, enlarge
 from .tree import Grouping, Primitives
 
 if TYPE_CHECKING:
@@ -43,16 +43,17 @@ MOST_LEVELS = 24
 
 
 @inner
-def choose_child(rtree, node, entry):
-    """Return the child whose surface grows least with an entry; of equals the smallest, first."""
-    boxes = rtree.boxes
+def choose_child(boxes, row, count, box):
+    """Return which of the first entries of a row grows least to hold a box; of equals the smallest.
+
+    The first one of those.
+    """
     best, best_growth, best_area = 0, np.inf, np.inf
-    for i in range(rtree.size[node]):
-        child = rtree.children[node, i]
-        area = area_of(boxes[child])
-        growth = area_around(boxes, child, entry) - area
+    for i in range(count):
+        area = area_of(boxes[row[i]])
+        growth = union_area(boxes[row[i]], box) - area
         if growth < best_growth or (growth == best_growth and area < best_area):
-            best, best_growth, best_area = child, growth, area
+            best, best_growth, best_area = row[i], growth, area
     return best
 
 
@@ -62,9 +63,8 @@ def quadratic_seeds(boxes, row):
     worst, a, b = -np.inf, 0, 1
     for j in range(1, len(row)):
         for i in range(j):
-            waste = (
-                area_around(boxes, row[i], row[j]) - area_of(boxes[row[i]]) - area_of(boxes[row[j]])
-            )
+            one, other = boxes[row[i]], boxes[row[j]]
+            waste = union_area(one, other) - area_of(one) - area_of(other)
             if waste > worst:
                 worst, a, b = waste, i, j
     return a, b
@@ -94,8 +94,8 @@ def linear_seeds(boxes, row):
 @inner
 def preference(boxes, entry, a, b):
     """Return how much more surface an entry adds to box b than to box a."""
-    growth_a = area_around(boxes, a, entry) - area_of(boxes[a])
-    growth_b = area_around(boxes, b, entry) - area_of(boxes[b])
+    growth_a = union_area(boxes[a], boxes[entry]) - area_of(boxes[a])
+    growth_b = union_area(boxes[b], boxes[entry]) - area_of(boxes[b])
     return growth_b - growth_a
 
 
@@ -157,43 +157,41 @@ def split(rtree, node, new, is_linear):
         rtree.children[new, i - first] = row[i]
 
 
-@inner
-def insert(rtree, reference, root, used, is_linear, path):
-    """Insert one reference; return the root and the number of nodes then."""
-    n = len(rtree.boxes) - len(rtree.size)
-    # Down to a leaf: all on the way have to contain it.
-    node, height = root, 0
-    path[0] = root
-    enlarge(rtree.boxes, n + node, reference)
-    while rtree.level[node] > 0:
-        node = choose_child(rtree, node, reference) - n
-        height += 1
-        path[height] = node
-        enlarge(rtree.boxes, n + node, reference)
-    # Up again as long as nodes get too full: the new half of one is an entry more for its parent.
-    entry = reference
-    while height >= 0:
-        node = path[height]
-        rtree.children[node, rtree.size[node]] = entry
-        rtree.size[node] += 1
-        if rtree.size[node] <= MOST:
-            return root, used
-        split(rtree, node, used, is_linear)
-        entry = n + used
-        used += 1
-        height -= 1
-    rtree.children[used, 0], rtree.children[used, 1] = n + root, entry
-    rtree.size[used], rtree.level[used] = 2, rtree.level[root] + 1
-    put_box(rtree.boxes, n + used, entry)
-    enlarge(rtree.boxes, n + used, n + root)
-    return used, used + 1
-
-
 @kernel
 def insert_some(rtree, first, last, root, used, is_linear, path):
     """Insert the references ``first <= i < last``; return the root and the number of nodes then."""
+    boxes, level = rtree.boxes, rtree.level
+    n = len(boxes) - len(level)
     for reference in range(first, last):
-        root, used = insert(rtree, reference, root, used, is_linear, path)
+        # Down to a leaf: all on the way have to contain it.
+        node, height = root, 0
+        enlarge(boxes, n + node, reference)
+        while level[node] > 0:
+            path[height] = node
+            height += 1
+            row, count = rtree.children[node], rtree.size[node]
+            node = choose_child(boxes, row, count, boxes[reference]) - n
+            enlarge(boxes, n + node, reference)
+        path[height] = node
+        # Up again while nodes get too full: the new half of one is an entry more for its parent.
+        entry = reference
+        while entry >= 0 and height >= 0:
+            node = path[height]
+            rtree.children[node, rtree.size[node]] = entry
+            rtree.size[node] += 1
+            entry = -1
+            if rtree.size[node] > MOST:
+                split(rtree, node, used, is_linear)
+                entry = n + used
+                used += 1
+                height -= 1
+        if entry >= 0:  # the root was split, too
+            rtree.children[used, 0], rtree.children[used, 1] = n + root, entry
+            rtree.size[used], level[used] = 2, level[root] + 1
+            put_box(boxes, n + used, entry)
+            enlarge(boxes, n + used, n + root)
+            root = used
+            used += 1
     return root, used
 
 

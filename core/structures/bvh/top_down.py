@@ -173,7 +173,7 @@ def settle(rule, tree, splits, node, first, count, axis, place, position, cost):
     cut = first + n_left
     tree.first[node], tree.size[node] = 2 * cut - 1, 0
     splits.axis[cut], splits.position[cut] = axis, position
-    if axis >= 0 and area > 0.0:
+    if cost < np.inf and area > 0.0:
         splits.cost[cut] = limits.c_trav + limits.c_isect * cost / area
     return n_left
 
@@ -230,7 +230,7 @@ def compact(tree: Tree) -> Tree:
     """Return a tree without the numbers that no node has taken, depth-first."""
     n_nodes = int((tree.size >= 0).sum())
     out = Tree(np.empty((n_nodes, 6)), np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32))
-    call(copy_depth_first, tree, out, np.empty((STACK_SIZE, 4), np.int64))
+    call(copy_depth_first, tree, out, 0, np.empty((STACK_SIZE, 4), np.int64))
     return out
 
 
