@@ -77,7 +77,7 @@ test-blender-all: system-libraries ## Run the Blender tests against Blender 4.5,
 	@.ci/test_blender_all.sh
 
 .PHONY: bench
-bench: venv system-libraries ## Measure speed beside Embree, Blender's BVHTree and trimesh
+bench: venv system-libraries ## Measure speed, and cost of trees, beside other implementations
 	$(call say,Benchmark)
 	@$(BIN)/python tests/bench/bench.py
 

@@ -41,8 +41,8 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     add = parser.add_argument
     add("scene", nargs="?", metavar="SCENE",
         help="a mesh file, a .blend or sample:NAME[:key=value,...]")  # fmt: skip
-    add("--volume", nargs="+", default=["all"], metavar="KIND",
-        help="kinds of volumes, or all, the default")  # fmt: skip
+    add("--volume", nargs="+", default=["simple"], metavar="KIND",
+        help="kinds of volumes; simple, the default, is all but combined ones")  # fmt: skip
     add("--direction", nargs="+", default=[], metavar="XxYxZ",
         help="view directions for projected areas, instead of x, y and z")  # fmt: skip
     for key, text in NUMBERS.items():
@@ -98,19 +98,24 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
 
 
 def volume_kinds(names: Sequence[str]) -> list[str]:
-    """Return the kinds of volumes that are named, each once; ``all`` is every one.
+    """Return the kinds of volumes that are named, each once.
 
     Raises
     ------
     InputError
         For an unknown name, listing the known ones.
     """
-    from ..core.geometry.kinds import KINDS
+    from ..core.geometry.kinds import COMBINED, KINDS
 
+    known = {**KINDS, **COMBINED}
+    chosen: list[str] = []
     for name in names:
-        if name not in (*KINDS, "all"):
-            raise InputError(f"there is no volume '{name}'; known are: {', '.join(KINDS)}")
-    return list(KINDS if "all" in names else dict.fromkeys(names))
+        if name not in (*known, "simple", "all"):
+            raise InputError(
+                f"there is no volume '{name}'; known are: {', '.join(known)}, simple and all"
+            )
+        chosen += {"simple": list(KINDS), "all": list(known)}.get(name, [name])
+    return list(dict.fromkeys(chosen))
 
 
 def direction_of(text: str) -> tuple[float, float, float]:

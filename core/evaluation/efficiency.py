@@ -25,6 +25,7 @@ import numpy as np
 
 from ..geometry.hull import hull_area
 from ..geometry.triangle import triangles_of
+from ..kernels import is_warm, mark_warm
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting, to_json
@@ -90,7 +91,7 @@ def efficiency_of(
     Parameters
     ----------
     kinds : sequence of str
-        Of KINDS.
+        As :mod:`..geometry.kinds` names them, combined ones too.
     directions : mapping of str to (3,), optional
         For which projected areas are compared, by name; x, y and z by default.
 
@@ -119,6 +120,8 @@ def efficiency_of(
     records = []
     for number, kind in enumerate(kinds):
         progress.report(number, len(kinds), f"Measuring {kind}")
+        if not is_warm(f"efficiency-{kind}"):
+            progress.announce(f"compiling the test of {kind}, once after installation")
         volumes = fit_all(kind, scene.triangles, np.zeros(1, int), np.full(1, len(scene)), SILENT)
         area, content = float(volumes.areas()[0]), float(volumes.contents()[0])
         sample = sample_of(rays, structure, volumes)
@@ -149,6 +152,7 @@ def efficiency_of(
                 **verdict(B, I, p),
             }
         )
+        mark_warm(f"efficiency-{kind}")
     return records
 
 

@@ -11,12 +11,7 @@ from .box import Boxes
 from .combined import Intersection, Union
 from .kdop import DIRECTIONS, KDOPs
 from .obb import OBBs
-from .sphere import Spheres
-
-
-def make_spheres(count: int, smallest: bool) -> Spheres:
-    """Return room for spheres."""
-    return Spheres(np.empty((count, 4)), np.array([smallest]))
+from .sphere import SmallestSpheres, Spheres
 
 
 def make_kdops(count: int, k: int) -> KDOPs:
@@ -26,8 +21,8 @@ def make_kdops(count: int, k: int) -> KDOPs:
 
 KINDS: dict[str, tuple[str, Callable[[int], Any]]] = {
     "aabb": ("Axis-aligned box", lambda count: Boxes(np.empty((count, 6)))),
-    "sphere": ("Sphere, found fast (Ritter 1990)", lambda count: make_spheres(count, False)),
-    "smallest_sphere": ("The smallest sphere", lambda count: make_spheres(count, True)),
+    "sphere": ("Sphere, found fast (Ritter 1990)", lambda count: Spheres(np.empty((count, 4)))),
+    "smallest_sphere": ("The smallest sphere", lambda count: SmallestSpheres(np.empty((count, 4)))),
     "obb": (
         "Box along the directions of the surface (Gottschalk 1996)",
         lambda count: OBBs(np.empty((count, 15))),

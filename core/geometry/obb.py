@@ -15,6 +15,7 @@ Säcularstörungen vorkommenden Gleichungen numerisch aufzulösen, 1846.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -116,40 +117,48 @@ def add_covariance(corners, first, last, row):
     """Write the covariance of a surface to row[9:15]: xx, yy, zz, xy, xz, yz.
 
     A triangle p, q, r of area A and centre c contributes A / 12 (9 c c' + p p' + q q' + r r'). All
-    is relative to the first corner, so that it does not cancel far from the origin.
+    is relative to the first corner, so that it does not cancel far from the origin. The place of
+    the axes is scratch.
     """
     ox, oy, oz = corners[first, 0, 0], corners[first, 0, 1], corners[first, 0, 2]
-    area, mx, my, mz = 0.0, 0.0, 0.0, 0.0
-    xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(15):
+        row[i] = 0.0
     for i in range(first, last):
-        px, py, pz = corners[i, 0, 0] - ox, corners[i, 0, 1] - oy, corners[i, 0, 2] - oz
-        qx, qy, qz = corners[i, 1, 0] - ox, corners[i, 1, 1] - oy, corners[i, 1, 2] - oz
-        rx, ry, rz = corners[i, 2, 0] - ox, corners[i, 2, 1] - oy, corners[i, 2, 2] - oz
-        ux, uy, uz, vx, vy, vz = qx - px, qy - py, qz - pz, rx - px, ry - py, rz - pz
+        ux, vx = corners[i, 1, 0] - corners[i, 0, 0], corners[i, 2, 0] - corners[i, 0, 0]
+        uy, vy = corners[i, 1, 1] - corners[i, 0, 1], corners[i, 2, 1] - corners[i, 0, 1]
+        uz, vz = corners[i, 1, 2] - corners[i, 0, 2], corners[i, 2, 2] - corners[i, 0, 2]
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        a = (nx * nx + ny * ny + nz * nz) ** 0.5
-        # Sums of the corners are three times the centre: 9 c c' is their product.
-        cx, cy, cz = px + qx + rx, py + qy + ry, pz + qz + rz
-        area += a
-        mx, my, mz = mx + a * cx / 3.0, my + a * cy / 3.0, mz + a * cz / 3.0
-        a /= 12.0
-        xx += a * (cx * cx + px * px + qx * qx + rx * rx)
-        yy += a * (cy * cy + py * py + qy * qy + ry * ry)
-        zz += a * (cz * cz + pz * pz + qz * qz + rz * rz)
-        xy += a * (cx * cy + px * py + qx * qy + rx * ry)
-        xz += a * (cx * cz + px * pz + qx * qz + rx * rz)
-        yz += a * (cy * cz + py * pz + qy * qz + ry * rz)
-    if area > 0.0:
-        xx, yy, zz = xx - mx * mx / area, yy - my * my / area, zz - mz * mz / area
-        xy, xz, yz = xy - mx * my / area, xz - mx * mz / area, yz - my * mz / area
-    row[9], row[10], row[11], row[12], row[13], row[14] = xx, yy, zz, xy, xz, yz
+        area = math.sqrt(nx * nx + ny * ny + nz * nz) / 12.0
+        sx, sy, sz = 0.0, 0.0, 0.0
+        for k in range(4):
+            # After the corners their sum: it is 3 c.
+            x, y, z = sx, sy, sz
+            if k < 3:
+                x, y, z = corners[i, k, 0] - ox, corners[i, k, 1] - oy, corners[i, k, 2] - oz
+                sx, sy, sz = sx + x, sy + y, sz + z
+            row[9], row[10] = row[9] + area * x * x, row[10] + area * y * y
+            row[11], row[12] = row[11] + area * z * z, row[12] + area * x * y
+            row[13], row[14] = row[13] + area * x * z, row[14] + area * y * z
+        row[0], row[1], row[2] = row[0] + area * sx, row[1] + area * sy, row[2] + area * sz
+        row[3] += area
+    # The areas are a twelfth of twice the triangles', the sums of corners three times the centres.
+    for i in range(3):
+        for j in range(i, 3):
+            if row[3] > 0.0:
+                row[9 + i if i == j else 11 + i + j] -= 4.0 / 3.0 * row[i] * row[j] / row[3]
+
+
+@inner
+def align(row):
+    """Make x, y and z the axes."""
+    for i in range(9):
+        row[i] = 1.0 if i % 4 == 0 else 0.0
 
 
 @inner
 def diagonalise(row):
     """Turn the axes row[0:9] until the covariance row[9:15] is diagonal: Jacobi's rotations."""
-    for i in range(9):
-        row[i] = 1.0 if i % 4 == 0 else 0.0
+    align(row)
     for _ in range(SWEEPS):
         for pair in range(3):
             # The entries that a rotation of axes i and j changes: 12 + pair is theirs.
@@ -171,50 +180,45 @@ def diagonalise(row):
 
 
 @inner
-def bound_along_axes(corners, first, last, row):
-    """Write what the triangles take up along the axes; return the surface area of that box."""
-    x0, y0, z0, x1, y1, z1 = np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf
-    reach = 0.0
-    for i in range(first, last):
-        for k in range(3):
-            px, py, pz = corners[i, k, 0], corners[i, k, 1], corners[i, k, 2]
-            largest = abs(px) + abs(py) + abs(pz)
-            reach = largest if largest > reach else reach
-            x = row[0] * px + row[1] * py + row[2] * pz
-            y = row[3] * px + row[4] * py + row[5] * pz
-            z = row[6] * px + row[7] * py + row[8] * pz
-            x0, y0, z0 = x if x < x0 else x0, y if y < y0 else y0, z if z < z0 else z0
-            x1, y1, z1 = x if x > x1 else x1, y if y > y1 else y1, z if z > z1 else z1
-    # Three products and two sums are rounded by 3/2 eps of the sum of the coordinates, and these
-    # differences once more; but nothing is along x, y and z.
-    slack = 0.0
-    for i in range(9):
-        if row[i] != (1.0 if i % 4 == 0 else 0.0):
-            slack = 3.0 * EPS * reach
-    x0, y0, z0, x1, y1, z1 = x0 - slack, y0 - slack, z0 - slack, x1 + slack, y1 + slack, z1 + slack
-    row[9], row[10], row[11], row[12], row[13], row[14] = x0, y0, z0, x1, y1, z1
-    x, y, z = x1 - x0, y1 - y0, z1 - z0
+def bound_along_axes(corners, first, last, row, rounding):
+    """Write what the triangles take up along the axes; return the surface area of that box.
+
+    Parameters
+    ----------
+    rounding : float
+        How far the bounds are moved outwards, relative to the largest coordinates.
+    """
+    for axis in range(3):
+        x, y, z = row[3 * axis], row[3 * axis + 1], row[3 * axis + 2]
+        low, high, reach = np.inf, -np.inf, 0.0
+        for i in range(first, last):
+            for k in range(3):
+                px, py, pz = corners[i, k, 0], corners[i, k, 1], corners[i, k, 2]
+                along, size = x * px + y * py + z * pz, abs(px) + abs(py) + abs(pz)
+                low = along if along < low else low
+                high = along if along > high else high
+                reach = size if size > reach else reach
+        row[LOW + axis], row[HIGH + axis] = low - rounding * reach, high + rounding * reach
+    x, y, z = row[12] - row[9], row[13] - row[10], row[14] - row[11]
     return 2.0 * (x * y + y * z + z * x)
 
 
 @implements(fit, OBBs)
 def fit_obb(volumes, index, corners, first, last):
-    """Take the axes of the covariance, or x, y and z if that box has the smaller surface."""
+    """Take the axes of the covariance, or x, y and z if that box has the smaller surface.
+
+    Three products and two sums are rounded by 3/2 eps of the sum of the coordinates, and these
+    differences once more; but nothing is along x, y and z.
+    """
     row = volumes.rows[index]
+    align(row)
+    aligned = bound_along_axes(corners, first, last, row, 0.0)
     add_covariance(corners, first, last, row)
     diagonalise(row)
-    area = bound_along_axes(corners, first, last, row)
-    ax, ay, az, bx, by, bz, cx, cy, cz = (
-        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8],
-    )  # fmt: skip
-    for i in range(9):
-        row[i] = 1.0 if i % 4 == 0 else 0.0
     # Overflown coordinates give NaN, which is not smaller.
-    if area < bound_along_axes(corners, first, last, row):
-        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8] = (
-            ax, ay, az, bx, by, bz, cx, cy, cz,
-        )  # fmt: skip
-        bound_along_axes(corners, first, last, row)
+    if not (bound_along_axes(corners, first, last, row, 3.0 * EPS) < aligned):
+        align(row)
+        bound_along_axes(corners, first, last, row, 0.0)
 
 
 # ---------------------------------------------------------------------------------------- the test

@@ -47,12 +47,9 @@ class Spheres(NamedTuple):
     ----------
     rows : (n, 4) float64
         Centre and radius.
-    smallest : (1,) bool
-        Whether they are fitted as the smallest ones, or fast.
     """
 
     rows: np.ndarray
-    smallest: np.ndarray
 
     def areas(self) -> np.ndarray:
         """Return the surface areas, (n,)."""
@@ -92,7 +89,11 @@ class Spheres(NamedTuple):
         stretch = np.linalg.norm(matrix[:3, :3], ord=2) * (1.0 + 16 * EPS)
         slack = rounding(centre[:, None], matrix)
         radius = stretch * radius + slack
-        return Spheres(np.column_stack([moved(centre, matrix), radius]), self.smallest)
+        return self._replace(rows=np.column_stack([moved(centre, matrix), radius]))
+
+
+class SmallestSpheres(Spheres):
+    """Spheres that are fitted as the smallest ones."""
 
 
 # ----------------------------------------------------------------------------------------- fitting
@@ -239,22 +240,34 @@ def fit_smallest(corners, first, last, row):
         support, radius2 = (new, a, b, c), grown
 
 
-@implements(fit, Spheres)
-def fit_sphere(volumes, index, corners, first, last):
-    """Find a centre, then the vertex farthest from it; five roundings of squares are 4 eps."""
-    row = volumes.rows[index]
-    if volumes.smallest[0]:
-        fit_smallest(corners, first, last, row)
-    else:
-        fit_fast(corners, first, last, row)
+@inner
+def reach_farthest(corners, first, last, row):
+    """Write the distance of the farthest vertex; five roundings of its square are 4 eps."""
     x, y, z = row[0], row[1], row[2]
     d = distance2(corners, farthest(corners, first, last, x, y, z), x, y, z)
     row[3] = d**0.5 * (1.0 + 4.0 * EPS)
 
 
+@implements(fit, Spheres)
+def fit_sphere(volumes, index, corners, first, last):
+    """Find Ritter's centre, then the farthest vertex."""
+    row = volumes.rows[index]
+    fit_fast(corners, first, last, row)
+    reach_farthest(corners, first, last, row)
+
+
+@implements(fit, SmallestSpheres)
+def fit_smallest_sphere(volumes, index, corners, first, last):
+    """Find the best centre, then the farthest vertex."""
+    row = volumes.rows[index]
+    fit_smallest(corners, first, last, row)
+    reach_farthest(corners, first, last, row)
+
+
 # ---------------------------------------------------------------------------------------- the test
 
 
+@implements(outside, SmallestSpheres)
 @implements(outside, Spheres)
 def outside_sphere(volumes, index, x, y, z):
     """Compare the distance from the centre with the radius."""
@@ -263,6 +276,7 @@ def outside_sphere(volumes, index, x, y, z):
     return (dx * dx + dy * dy + dz * dz) ** 0.5 - row[3]
 
 
+@implements(prepare, SmallestSpheres)
 @implements(prepare, Spheres)
 def prepare_sphere(volumes, ray, strips):
     """Write the unit direction; then 1 / |d|, which makes lengths to t, and the slack."""
@@ -273,6 +287,7 @@ def prepare_sphere(volumes, ray, strips):
     strips[0, ray.kx], strips[0, ray.ky] = ray.shear_x * along, ray.shear_y * along
 
 
+@implements(span, SmallestSpheres, inline=True)
 @implements(span, Spheres, inline=True)
 def span_sphere(volumes, index, ray, strips, limit):
     """Go to the point of the ray closest to the centre, and from there both ways.

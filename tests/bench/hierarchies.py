@@ -9,6 +9,7 @@ what the build takes longer with it; its price is that per percent of cost it sa
 from __future__ import annotations
 
 import argparse
+import dataclasses
 
 from accelscope.core.evaluation.experiment import warm_up
 from accelscope.core.evaluation.workloads import RandomLinesSettings, RandomLinesWorkload
@@ -17,38 +18,39 @@ from accelscope.core.reference import Embree
 from accelscope.core.scene import Scene
 from accelscope.core.settings import parse
 from accelscope.core.structures import structure_named
-from accelscope.core.structures.bvh.builders import BUILDERS
-from accelscope.core.structures.bvh.fit import KINDS
-from accelscope.core.structures.bvh.optimisers import OPTIMISERS
 from accelscope.sample_scenes import make_sample
 from timing import best_of
 
 BINNED = "builder=binned_sah"
 
-OPTIMISED = [name for name in ("binned_sah", "lbvh", "ploc") if name in BUILDERS]
-"""Whose trees are rearranged: of good, bad and middling cost."""
+FAST = ("sweep_sah", "sbvh", "ploc")
+"""Candidates for the hierarchy that is traced fastest, once rearranged."""
 
-FAST = [name for name in ("sweep_sah", "sbvh", "ploc") if name in BUILDERS]
-"""Candidates for the hierarchy that is traced fastest."""
+
+def choices(name: str) -> list[str]:
+    """Return what a setting of the hierarchy can be."""
+    fields = dataclasses.fields(structure_named("bvh").Settings)
+    return list(next(field.metadata["choices"] for field in fields if field.name == name))
+
 
 SECTIONS: dict[str, list[str]] = {
     "builders": [
-        *(f"builder={name}" for name in BUILDERS),
-        *(f"builder=ploc,radius={radius}" for radius in (1, 6, 32) if "ploc" in BUILDERS),
+        BINNED,
+        *(f"builder={name}" for name in choices("builder") if name != "binned_sah"),
+        *(f"builder=ploc,radius={radius}" for radius in (1, 6, 32)),
         "builder=rtree_insert,rtree_split=linear",
     ],
     "optimisers": [
         f"builder={builder},optimise={optimise}"
-        for builder in OPTIMISED
-        for optimise in OPTIMISERS
+        for builder in ("binned_sah", "lbvh", "ploc")
+        for optimise in choices("optimise")
         if optimise != "none"
     ],
-    "volumes": [f"{BINNED},volume={volume}" for volume in KINDS],
+    "volumes": [f"{BINNED},volume={volume}" for volume in ("aabb", *choices("volume"))],
     "arities": [
         f"{first},arity={arity}"
-        for first in (BINNED, *(f"builder={name},optimise=reinsert" for name in FAST))
-        if "reinsert" in OPTIMISERS or first == BINNED
-        for arity in (2, 4, 8)
+        for first in (BINNED, *(f"builder={name},optimise=reinsert_parallel" for name in FAST))
+        for arity in choices("arity")
     ],
 }
 """The settings that are compared, by what they compare."""
@@ -94,15 +96,14 @@ def report_hierarchies(rows: list[dict]) -> list[str]:
         found = {row["settings"]: row for row in rows if row["triangles"] == triangles}
         embree = found["embreex"]
         for section, texts in SECTIONS.items():
-            if not texts:
-                continue
+            texts = list(dict.fromkeys(texts))
             first = found[texts[0]]
             lines.append(
                 f"hierarchies, {section}, {triangles} triangles, random lines; Embree builds in"
                 f" {embree['build_seconds']:.3f} s, {embree['rays_per_second'] / 1e6:.3f} Mrays/s"
             )
             lines.append(
-                f"  {'':<48} {'build s':>8} {'x first':>8} {'x embreex':>9} {'SAH':>8}"
+                f"  {'':<54} {'build s':>8} {'x first':>8} {'x embreex':>9} {'SAH':>8}"
                 f" {'N_TS':>7} {'tests':>7} {'Mrays/s':>8} {'x first':>8} {'x embreex':>9}"
                 f" {'B/tri':>6}"
             )
@@ -110,7 +111,7 @@ def report_hierarchies(rows: list[dict]) -> list[str]:
                 row = found[text]
                 build, rate = row["build_seconds"], row["rays_per_second"]
                 lines.append(
-                    f"  {text:<48} {build:>8.3f} {build / first['build_seconds']:>8.2f}"
+                    f"  {text:<54} {build:>8.3f} {build / first['build_seconds']:>8.2f}"
                     f" {build / embree['build_seconds']:>9.2f} {row['sah']:>8.3f}"
                     f" {row['N_TS']:>7.2f} {row['volume_tests']:>7.2f} {rate / 1e6:>8.3f}"
                     f" {rate / first['rays_per_second']:>8.2f}"
@@ -124,13 +125,13 @@ def report_hierarchies(rows: list[dict]) -> list[str]:
 
 def prices(found: dict[str, dict], texts: list[str]) -> list[str]:
     """Return what each optimiser saves and what it takes, as lines."""
-    lines = [f"  {'':<48} {'SAH':>8} {'then':>8} {'saved':>7} {'seconds':>8} {'s/percent':>9}"]
+    lines = [f"  {'':<54} {'SAH':>8} {'then':>8} {'saved':>7} {'seconds':>8} {'s/percent':>9}"]
     for text in texts:
         before, after = found[text.partition(",")[0]], found[text]
         saved = 100.0 * (1.0 - after["sah"] / before["sah"])
         seconds = after["build_seconds"] - before["build_seconds"]
         lines.append(
-            f"  {text:<48} {before['sah']:>8.3f} {after['sah']:>8.3f} {saved:>6.2f}%"
+            f"  {text:<54} {before['sah']:>8.3f} {after['sah']:>8.3f} {saved:>6.2f}%"
             f" {seconds:>8.3f} {seconds / saved if saved else float('nan'):>9.3f}"
         )
     return lines

@@ -33,8 +33,6 @@ from accelscope.core.evaluation.experiment import warm_up
 from accelscope.core.scene import Scene
 from accelscope.core.settings import parse
 from accelscope.core.structures import structure_named
-from accelscope.core.structures.bvh.builders import BUILDERS
-from accelscope.core.structures.bvh.optimisers import OPTIMISERS
 from meshes import MESHES, meshes, obvhs_program, run, three_program
 
 LAZY = "dragon 871k"
@@ -106,12 +104,6 @@ def build_ours(scene: Scene, text: str) -> dict:
     return {"sah": figures.sah, "N_IN": figures.N_IN, "N_V": figures.N_V, "seconds": seconds}
 
 
-def is_there(text: str) -> bool:
-    """Say whether this version has the builder and the optimiser that settings name."""
-    given = dict(part.split("=") for part in text.split(","))
-    return given["builder"] in BUILDERS and given.get("optimise", "none") in OPTIMISERS
-
-
 def measure_quality(names: list[str]) -> list[dict]:
     """Compare all that is there, on all meshes that can be had."""
     rows: list[dict] = []
@@ -124,7 +116,7 @@ def measure_quality(names: list[str]) -> list[dict]:
             ours: dict[str, dict] = {}
             for comparison in COMPARISONS:
                 peer = comparison.peer
-                if peer in missing or not is_there(comparison.ours):
+                if peer in missing:
                     continue
                 if name == LAZY and peer == "three-mesh-bvh":
                     continue

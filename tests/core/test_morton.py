@@ -274,7 +274,8 @@ def test_the_upper_tree_is_as_deep_as_it_may_be(count):
         low = 0.25 ** np.arange(count)[:, None] * np.ones(3)
         boxes = np.random.default_rng(count).permutation(np.concatenate([low, 2 * low], axis=1))
         treelets = hlbvh.make_treelets(boxes, np.arange(count), np.full(count, 3))
-        tree = lbvh.make_intervals(3 * count)
+        tree = lbvh.make_intervals(2 * count - 1)
+        tree.size[0] = 3 * count
         upper, scratch = np.empty(count - 1, np.int64), hlbvh.make_scratch(16)
         call(hlbvh.build_top, tree, treelets, deepest, upper, scratch)
         assert np.array_equal(np.sort(treelets.number), np.arange(count))

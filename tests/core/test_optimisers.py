@@ -262,7 +262,7 @@ def test_the_gains_of_all_moves_are_what_the_cost_fell_by(name):
     done = optimised(name, tree)
     assert 0 < done.made == len(done.moves) <= rearranging.REMEMBERED
     assert (done.moves[:, 0] > 0.0).all()
-    assert done.moves[:, 1].tolist() == list(range(done.made))
+    assert sorted(done.moves[:, 1]) == list(range(done.made))
     assert done.moves[:, 0].sum() == pytest.approx(done.costs[0] - done.costs[-1], rel=1e-9)
 
 
@@ -273,8 +273,8 @@ def test_the_log_keeps_the_greatest_gains(monkeypatch, name):
     monkeypatch.setattr(rearranging, "REMEMBERED", 100_000)
     done = optimised(name, poor_tree(scene))
     assert len(done.moves) == done.made > rearranging.REMEMBERED / 1000
-    greatest = np.sort(np.argsort(-done.moves[:, 0], kind="stable")[: len(few)])
-    np.testing.assert_array_equal(np.sort(few[:, 0]), np.sort(done.moves[greatest, 0]))
+    np.testing.assert_array_equal(few[:, 0], done.moves[: len(few), 0])
+    assert (np.diff(done.moves[:, 0]) <= 0.0).all()
     assert done.moves[:, 0].sum() == pytest.approx(done.costs[0] - done.costs[-1], rel=1e-9)
 
 

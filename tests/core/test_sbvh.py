@@ -10,17 +10,13 @@ from accelscope.core.geometry.box import boxes_of, surface_area
 from accelscope.core.kernels import kernel
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh import BVHSettings, binned_sah, sbvh
+from accelscope.core.structures.bvh.chop import BOTH, LEFT, RIGHT, References, chop
 from accelscope.core.structures.bvh.pieces import pieces_of
 from accelscope.core.structures.bvh.spatial_split import (
-    BOTH,
-    LEFT,
     OBJECT,
-    RIGHT,
     SIDES,
     SPATIAL,
-    References,
     best_split,
-    chop,
     make_bins,
     overlap_of,
     side_of,

@@ -17,6 +17,7 @@ from accelscope.core.structures.bvh.split_curve import RULES, split_curve
 from accelscope.core.structures.bvh.top_down import room_for
 from accelscope.core.structures.bvh.tree import Primitives, depths_of, ranges_of
 from accelscope.core.structures.contract import MAXIMUM_DEPTH
+from accelscope.core.structures.drawing import RED
 from accelscope.sample_scenes import make_sample
 
 MEDIANS = ["spatial_median", "object_median"]
@@ -388,12 +389,15 @@ def test_subtrees_are_the_same_in_one_call_and_node_by_node(lab, monkeypatch):
 def test_reduction_takes_the_logarithm_of_steps(n):
     rng = np.random.default_rng(n)
     for costs in (rng.random(n), rng.integers(3, size=n).astype(float), np.full(n, np.inf)):
-        winners, width, steps = np.arange(n), n, 0
-        while width > 1:
-            width = reduction_step(costs, winners, width)
+        winners, steps = np.arange(n), 0
+        while 1 << steps < n:
+            call(reduction_step, costs, winners, 1 << steps)
             steps += 1
+            for i in range(0, n, 1 << steps):
+                group = costs[i : i + (1 << steps)]
+                assert winners[i] == i + np.argmin(group)  # the first of equal ones
         assert steps == int(np.ceil(np.log2(n)))
-        assert winners[0] == np.argmin(costs)  # the first of equal ones
+        assert winners[0] == np.argmin(costs)
 
 
 # -------------------------------------------------------------------------------- awkward input
@@ -471,3 +475,60 @@ def test_builders_can_be_stopped_and_say_how_far_they_are(builder):
     assert (full.seen[0], full.seen[-1]) == (0, len(scene))
     with pytest.raises(Cancelled):
         BUILDERS[builder][1](primitives, settings, Stop(1))
+
+
+# ------------------------------------------------------------------------------------ exhibits
+
+
+def exhibit_of(structure, name):
+    return next(each for each in structure.exhibits() if each.name == name)
+
+
+@pytest.mark.parametrize("builder", RULES)
+def test_cost_curves_can_be_seen(lab, build, builder):
+    tree = build("bvh", lab.small_scene("suzanne"), f"builder={builder}")
+    exhibit = exhibit_of(tree, "cost_curve")
+    for number, depth in ((0, 0), (exhibit.count - 1, 3)):
+        frame = exhibit.frame(number)
+        node = int(frame.caption.split(":")[0].removeprefix("Node "))
+        assert tree.depths()[node] == depth
+        curve = split_curve(tree, node)
+        assert f"N_L = {curve.N_L[curve.best]}, N_R = {curve.N_R[curve.best]}" in frame.caption
+        assert f"Cost = {curve.cost[curve.best]:.2f}" in frame.caption
+        # The plane stands in the model, the charts beside it.
+        red = frame.segments[(frame.colours == RED).all(axis=1)]
+        axis, position = curve.axis[curve.best], curve.position[curve.best]
+        assert ((red[..., axis] == position).all(axis=1)).sum() >= 6
+        beside = frame.segments[..., 0].min(axis=1) > tree.scene.upper[0]
+        assert 6 < beside.sum() < len(frame.segments)
+
+
+def test_queues_can_be_seen(lab, build):
+    tree = build("bvh", lab.small_scene("suzanne"), "builder=parallel_sah")
+    exhibit = exhibit_of(tree, "split_queues")
+    lengths, splits = (tree.figures[f"queue_{name}"] for name in ("lengths", "splits"))
+    assert exhibit.count == 2 * len(lengths)
+    for depth, (m, n_split) in enumerate(zip(lengths, splits, strict=True)):
+        split, compacted = (exhibit.frame(2 * depth + i).caption for i in range(2))
+        assert f"{m} in the input queue, {2 * n_split} of {2 * m} places" in split
+        assert f"{100 * n_split / m:.0f}% occupied" in split
+        assert f"{2 * m} places become {2 * n_split}" in compacted
+    # One line from each node that was split to each child: of the first level, and its box.
+    assert len(exhibit.frame(0).segments) == 12 + 2 + 8 + 2 * 8
+
+
+def test_reduction_can_be_seen(lab, build):
+    tree = build("bvh", lab.small_scene("suzanne"), "builder=parallel_sah,bins=10")
+    exhibit, curve = exhibit_of(tree, "min_reduction"), split_curve(tree, 0)
+    assert exhibit.count == 6
+    left = [int(exhibit.frame(i).caption.split(": ")[1].split()[0]) for i in range(6)]
+    assert left == [30, 15, 8, 4, 2, 1]
+    axis, position = curve.axis[curve.best], curve.position[curve.best]
+    assert exhibit.frame(5).caption.endswith(f"{'xyz'[axis]} = {position:.5g}")
+
+
+def test_other_trees_have_no_such_exhibits(lab, build):
+    scene = lab.small_scene("soup")
+    for text in ("builder=object_median", "builder=parallel_sah,arity=4"):
+        names = {each.name for each in build("bvh", scene, text).exhibits()}
+        assert not names & {"cost_curve", "split_queues", "min_reduction"}

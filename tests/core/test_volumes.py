@@ -342,7 +342,7 @@ def test_random_lines_measure_areas(kind):
 
 
 def test_a_sphere_in_a_cube_and_a_cube_in_a_sphere():
-    cube, ball = Boxes(np.array([[-1.0, -1, -1, 1, 1, 1]])), Spheres(np.zeros((1, 4)), np.zeros(1))
+    cube, ball = Boxes(np.array([[-1.0, -1, -1, 1, 1, 1]])), Spheres(np.zeros((1, 4)))
     ball.rows[0, 3] = 1.0
     rays = Rays.from_arrays(*random_lines(-np.ones(3), np.ones(3), 200_000, 1))
     share = hits_of(ball, rays)
@@ -378,7 +378,7 @@ def test_areas_and_contents_of_combinations():
         assert pair.contents() == pytest.approx(dop.contents(), rel=1e-9)
     three = Intersection(box, Intersection(fitted("obb", *objects), dop))
     assert (three.areas() <= both.areas() * (1 + 1e-9)).all()
-    cube, ball = Boxes(np.array([[-1.0, -1, -1, 1, 1, 1]])), Spheres(np.zeros((1, 4)), np.zeros(1))
+    cube, ball = Boxes(np.array([[-1.0, -1, -1, 1, 1, 1]])), Spheres(np.zeros((1, 4)))
     ball.rows[0, 3] = 1.2
     caps = 6 * np.pi * 0.2**2 * (3 * 1.2 - 0.2) / 3
     exact = ball.contents()[0] - caps

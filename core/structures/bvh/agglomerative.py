@@ -38,8 +38,8 @@ from .tree import Grouping, LinkedTree, Primitives, leaves_only
 if TYPE_CHECKING:
     from .settings import BVHSettings
 
-VISITS = 500_000
-"""Nodes of the search tree that one kernel call visits, in some 20 ms; then the cancel button is
+VISITS = 250_000
+"""Nodes of the search tree that one kernel call visits, in some 10 ms; then the cancel button is
 looked at."""
 
 NOBODY = np.iinfo(np.int32).max

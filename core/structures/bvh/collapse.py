@@ -175,34 +175,62 @@ def total_cost(tree: Tree, rule: LeafRule) -> float:
     return float((surface_area(tree.boxes) * factors).sum())
 
 
+@kernel
+def find_depths(tree, preorder, depth):
+    """Write the depth of every node."""
+    for node in preorder:
+        depth[node] = 0 if tree.parent[node] < 0 else depth[tree.parent[node]] + 1
+
+
+@kernel
+def balance(tree, leaves, nodes, todo):
+    """Link some leaves and inner nodes anew: each node gets half of its leaves on either side.
+
+    Parameters
+    ----------
+    leaves : (n,) int32
+        In their order.
+    nodes : (n - 1,) int32
+        The first one is above all others.
+    todo : (k, 3) int64
+        Scratch memory: nodes, and their range of leaves.
+    """
+    todo[0, 0], todo[0, 1], todo[0, 2] = 0, 0, len(leaves)
+    height, used = 1, 1
+    while height > 0:
+        height -= 1
+        place, first, last = todo[height, 0], todo[height, 1], todo[height, 2]
+        middle = (first + last) // 2
+        for half in range(2):
+            a, b = (first, middle) if half == 0 else (middle, last)
+            child = leaves[a]
+            if b - a > 1:
+                child = nodes[used]
+                todo[height, 0], todo[height, 1], todo[height, 2] = used, a, b
+                height += 1
+                used += 1
+            side = tree.left if half == 0 else tree.right
+            side[nodes[place]], tree.parent[child] = child, nodes[place]
+    for i in range(len(nodes) - 1, -1, -1):
+        box = tree.boxes[nodes[i]]
+        a, b = tree.boxes[tree.left[nodes[i]]], tree.boxes[tree.right[nodes[i]]]
+        for axis in range(3):
+            box[axis] = min(a[axis], b[axis])
+            box[3 + axis] = max(a[3 + axis], b[3 + axis])
+
+
 def limit_depth(tree: LinkedTree, below: Below) -> None:
     """Balance, in place, what hangs below half of MAXIMUM_DEPTH and is too high for the rest.
 
     Such branches come from triangles that nest in each other like dolls. The same inner nodes are
-    linked anew: halves of the leaves, in the order in which they were.
+    linked anew, over the leaves in the order in which they were.
     """
-    depth = np.zeros(len(tree.left), np.int32)
-    half = MAXIMUM_DEPTH // 2
-    for node in below.preorder.tolist():
-        if tree.parent[node] >= 0:
-            depth[node] = depth[tree.parent[node]] + 1
-    for top in np.flatnonzero((depth == half) & (below.height > half)).tolist():
-        place = int(np.flatnonzero(below.preorder == top)[0])
+    n_nodes, half = len(tree.left), MAXIMUM_DEPTH // 2
+    depth, todo = np.empty(n_nodes, np.int32), np.empty((MAXIMUM_DEPTH, 3), np.int64)
+    call(find_depths, tree, below.preorder, depth)
+    tops = (depth[below.preorder] == half) & (below.height[below.preorder] > half)
+    for place in np.flatnonzero(tops).tolist():
+        top = below.preorder[place]
         nodes = below.preorder[place : place + 2 * below.references[top] - 1]
-        leaves = nodes[tree.left[nodes] < 0]
-        spare = iter(nodes[tree.left[nodes] >= 0].tolist())
-        todo = [(next(spare), 0, len(leaves))]
-        made = []
-        while todo:
-            node, first, last = todo.pop()
-            middle = (first + last) // 2
-            made.append(node)
-            for side, a, b in ((tree.left, first, middle), (tree.right, middle, last)):
-                child = int(leaves[a]) if b - a == 1 else next(spare)
-                side[node], tree.parent[child] = child, node
-                if b - a > 1:
-                    todo.append((child, a, b))
-        for node in reversed(made):
-            a, b = tree.boxes[tree.left[node]], tree.boxes[tree.right[node]]
-            tree.boxes[node, :3] = np.minimum(a[:3], b[:3])
-            tree.boxes[node, 3:] = np.maximum(a[3:], b[3:])
+        is_leaf = tree.left[nodes] < 0
+        call(balance, tree, nodes[is_leaf], nodes[~is_leaf], todo)

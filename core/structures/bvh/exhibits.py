@@ -14,10 +14,12 @@ from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
 from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
 from .exhibits_kdop import kdop_levels
 from .exhibits_morton import morton_exhibits
+from .exhibits_parallel_sah import parallel_exhibits
 from .exhibits_ploc import ploc_exhibits
 from .exhibits_rearranging import rearranging_exhibits
 from .exhibits_refit import refit_over_timeline
 from .exhibits_sbvh import spatial_splits
+from .exhibits_split_curve import cost_curve
 from .exhibits_split_plane import split_planes
 from .exhibits_volume import volume_efficiency
 
@@ -33,6 +35,8 @@ def exhibits_of(bvh: BVH) -> list[Exhibit]:
         levels(bvh),
         kdop_levels(bvh),
         split_planes(bvh),
+        *cost_curve(bvh),
+        *parallel_exhibits(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
         volume_efficiency(bvh),

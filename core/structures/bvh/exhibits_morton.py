@@ -21,7 +21,7 @@ from ...parallel import Team
 from ...progress import SILENT
 from ..drawing import BLUE, GREY, ORANGE, Chart, Lines, coloured, counted, frame_of
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
-from .lbvh import find_cut, link, make_intervals
+from .lbvh import find_cut
 from .morton import codes_of, sort_by_code
 from .radix_sort import DIGIT, passes, split
 
@@ -124,18 +124,13 @@ def morton_curve(bvh: BVH) -> Exhibit:
 
 def intervals_of_levels(codes: np.ndarray, levels: int) -> list[np.ndarray]:
     """Return where the intervals of each level begin, cut as LBVH does; leaves stay."""
-    tree = make_intervals(len(codes))
-    nodes, found = [0], []
+    nodes, found = [(0, len(codes))], []
     for _ in range(levels):
-        found.append(tree.begin[nodes].astype(np.int64))
-        below = []
-        for node in nodes:
-            if tree.size[node] == 1:
-                below.append(node)
-                continue
-            middle = call(find_cut, tree, codes, node)
-            call(link, tree, node, 2 * middle - 1, middle)
-            below += [2 * middle - 1, 2 * middle]
+        found.append(np.array([begin for begin, _ in nodes]))
+        below: list[tuple[int, int]] = []
+        for begin, end in nodes:
+            middle = call(find_cut, codes, begin, end) if end - begin > 1 else end
+            below += [(begin, middle), (middle, end)] if middle < end else [(begin, end)]
         nodes = below
     return found
 

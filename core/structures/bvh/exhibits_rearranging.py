@@ -1,6 +1,7 @@
 """Exhibits of rearranged trees: reinsertions, treelets, and how the cost falls.
 
-They show what the optimiser wrote into its log while it worked: the moves with the greatest gains.
+They show what the optimiser wrote into its log while it worked: the moves with the greatest gains,
+the greatest first.
 """
 
 from __future__ import annotations
@@ -11,13 +12,16 @@ import numpy as np
 
 from ...geometry.box import surface_area
 from ...outlines import box_segments
+from ...scene import Scene
 from ..drawing import BLUE, GREEN, GREY, ORANGE, RED, Chart, Colour, Lines, coloured, frame_of
 from ..exhibits import Exhibit, Frame
-from .exhibits_efficiency import magnified
 from .rearranging import Rearrangement
 
 if TYPE_CHECKING:
     from .hierarchy import BVH
+
+OUTWARDS = np.array([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
+"""Added to a box, moves all its sides outwards."""
 
 
 def rearranging_exhibits(structure: BVH) -> list[Exhibit]:
@@ -40,7 +44,7 @@ def cost_over_steps(structure: BVH, done: Rearrangement) -> Exhibit:
     scene, optimise = structure.scene, structure.settings.optimise
 
     def frame(number: int) -> Frame:
-        size = float((scene.upper - scene.lower).max()) or 1.0
+        size = extent(np.concatenate([scene.lower, scene.upper]))
         corner = np.array([scene.upper[0] + 0.15 * size, scene.lower[1], scene.lower[2]])
         across, upwards = np.array([size, 0.0, 0.0]), np.array([0.0, 0.0, 0.6 * size])
         last = int(ends[number])
@@ -74,32 +78,28 @@ def reinsertions(structure: BVH, done: Rearrangement) -> Exhibit:
     root = coloured(box_segments(structure.arrays.volumes.boxes()[:1]), GREY)
 
     def frame(number: int) -> Frame:
-        row = done.moves[number // 2]
-        gain, place, boxes = row[0], int(row[1]) + 1, row[2:].reshape(4, 6)
-        node, old_parent, old_sibling, new_sibling = boxes
+        row, is_after = done.moves[number // 2], number % 2 == 1
+        node, old_parent, old_sibling, new_sibling = row[2:].reshape(4, 6)
         new_parent = union(node, new_sibling)
-        move = f"Reinsertion {place} of {done.made}"
-        if number % 2 == 0:
-            parts = [
-                around(old_parent, RED),
-                around(old_sibling, GREY), around(new_sibling, BLUE), around(node, ORANGE),
-            ]  # fmt: skip
-            caption = (
-                f"{move}, before: a node (orange) with its parent (red), area "
-                f"{share(structure, old_parent)}; where it will go (blue)"
-            )
-        else:
-            way = np.stack([centre(old_parent), centre(new_parent)])[None]
-            parts = [
-                around(new_parent, GREEN), coloured(way, RED),
-                around(old_sibling, GREY), around(new_sibling, BLUE), around(node, ORANGE),
-            ]  # fmt: skip
-            caption = (
-                f"{move}, after: the node (orange) beside its new sibling (blue) in its new parent "
-                f"(green), area {share(structure, new_parent)}; the cost fell by {gain:.3g}"
-            )
+        parent, colour = (new_parent, GREEN) if is_after else (old_parent, RED)
         whole = union(old_parent, new_parent)
-        return frame_of([root, *parts, *magnified(parts, whole, structure.scene)], caption)
+
+        def parts(margin: float) -> list[Lines]:
+            # Around the others by a margin, a parent is not hidden by them.
+            return [
+                around(parent + margin * OUTWARDS, colour), around(old_sibling, GREY),
+                around(new_sibling, BLUE), around(node, ORANGE),
+            ]  # fmt: skip
+
+        copy = enlarged(parts(0.02 * extent(whole)), whole, structure.scene)
+        verb = "fell" if is_after else "will fall"
+        caption = (
+            f"Reinsertion {int(row[1]) + 1} of {done.made}, {'after' if is_after else 'before'}: "
+            f"the node (orange) and its {'new' if is_after else 'old'} parent "
+            f"({'green' if is_after else 'red'}), {share(structure, parent)}; its old sibling "
+            f"(grey) and its new one (blue). The cost {verb} by {row[0]:.3g}"
+        )
+        return frame_of([root, *parts(0.0), *copy], caption)
 
     return Exhibit(
         "reinsertions",
@@ -129,12 +129,13 @@ def treelets(structure: BVH, done: Rearrangement) -> Exhibit:
         caption = (
             f"Treelet {int(row[1]) + 1} of {done.made}, {'after' if is_new else 'before'}: "
             f"{count} leaves (grey), root (blue), {count - 2} inner nodes "
-            f"({'green' if is_new else 'red'}) with {areas:.4g} times the area of the scene's box; "
-            f"the cost {'fell' if is_new else 'will fall'} by {row[0]:.3g}"
+            f"({'green' if is_new else 'red'}) with {areas:.4g} times the area of the scene's box. "
+            f"The cost {'fell' if is_new else 'will fall'} by {row[0]:.3g}; "
+            "right: the tree, the height of a node is its area"
         )
         diagram = topology(structure, boxes, children, GREEN if is_new else RED)
-        near = magnified(parts, boxes[count], structure.scene)
-        return frame_of([*parts, *near, *diagram], caption)
+        copy = enlarged(parts, boxes[count], structure.scene)
+        return frame_of([*parts, *copy, *diagram], caption)
 
     return Exhibit(
         "treelets",
@@ -155,15 +156,29 @@ def centre(box: np.ndarray) -> np.ndarray:
     return 0.5 * (box[:3] + box[3:])
 
 
+def extent(box: np.ndarray) -> float:
+    """Return the longest edge of a box, or 1 if it has none."""
+    return float((box[3:] - box[:3]).max()) or 1.0
+
+
 def around(box: np.ndarray, colour: Colour) -> Lines:
     """Return the edges of a box."""
     return coloured(box_segments(box[None]), colour)
 
 
+def enlarged(parts: list[Lines], box: np.ndarray, scene: Scene) -> list[Lines]:
+    """Return what is in a box once more beside the model, where no triangles hide it."""
+    size = extent(np.concatenate([scene.lower, scene.upper]))
+    middle = 0.5 * (scene.lower + scene.upper)
+    place = np.array([scene.upper[0] + 0.6 * size, middle[1], middle[2]])
+    scale = 0.6 * size / extent(box)
+    return [Lines(place + scale * (part.segments - centre(box)), part.colours) for part in parts]
+
+
 def share(structure: BVH, box: np.ndarray) -> str:
-    """Return the area of a box as a share of the root's, in words."""
+    """Return the area of a box as a share of the root's."""
     root = float(surface_area(structure.arrays.volumes.boxes()[0])) or 1.0
-    return f"{100.0 * float(surface_area(box)) / root:.3g}% of the root's"
+    return f"{100.0 * float(surface_area(box)) / root:.3g}% of the root's area"
 
 
 def boxes_of_treelet(leaves: np.ndarray, children: np.ndarray) -> np.ndarray:
@@ -201,8 +216,9 @@ def topology(
     for k in range(count - 2, -1, -1):
         x[count + k] = x[children[k]].mean()
     scene = structure.scene
-    size = float((scene.upper - scene.lower).max()) or 1.0
-    corner = np.array([scene.upper[0] + 0.7 * size, centre(boxes[count])[1], scene.lower[2]])
+    size = extent(np.concatenate([scene.lower, scene.upper]))
+    middle = 0.5 * (scene.lower + scene.upper)
+    corner = np.array([scene.upper[0] + 1.1 * size, middle[1], middle[2] - 0.3 * size])
     across, upwards = np.array([0.6 * size, 0.0, 0.0]), np.array([0.0, 0.0, 0.6 * size])
     chart = Chart(corner, across, upwards, 0.0, 1.0, 1.0)
     links = []

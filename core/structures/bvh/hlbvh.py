@@ -21,7 +21,7 @@ from ...kernels import call, inner, kernel
 from ...parallel import Team
 from ...progress import Progress
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
-from .lbvh import complete, link, make_intervals
+from .lbvh import complete, make_intervals
 from .morton import sort_by_code
 from .tree import Grouping, Primitives
 
@@ -180,17 +180,17 @@ def build_top(tree, treelets, deepest, upper, scratch):
                     else:
                         middle -= 1
                         swap(treelets, i, middle)
-        # Cut before reference k, a node gets the children 2 k - 1 and 2 k.
-        left_size = 0
+        child, begin, left_size = 2 * done + 1, tree.begin[node], 0
         for i in range(first, middle):
             left_size += treelets.sizes[i]
-        k = tree.begin[node] + left_size
-        link(tree, node, 2 * k - 1, k)
+        tree.first[node] = child
+        tree.begin[child], tree.size[child] = begin, left_size
+        tree.begin[child + 1], tree.size[child + 1] = begin + left_size, tree.size[node] - left_size
         upper[done] = node
         done += 1
         left, right = stack[height], stack[height + 1]
-        left[0], left[1], left[2], left[3] = 2 * k - 1, first, middle, depth + 1
-        right[0], right[1], right[2], right[3] = 2 * k, middle, last, depth + 1
+        left[0], left[1], left[2], left[3] = child, first, middle, depth + 1
+        right[0], right[1], right[2], right[3] = child + 1, middle, last, depth + 1
         height += 2
 
 
@@ -210,16 +210,19 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
         treelets = make_treelets(primitives.boxes[order], starts, sizes)
         # A treelet has at most this many levels: the rest of the code, then bits of the index.
         levels = bits - TREELET_BITS + int(sizes.max()).bit_length()
-        tree = make_intervals(len(codes))
+        top = make_intervals(2 * len(starts) - 1)
+        top.size[0] = len(codes)
         upper = np.empty(len(starts) - 1, np.int64)
         scratch = make_scratch(settings.bins)
         deepest = min(MAXIMUM_DEPTH - levels, 62)  # a power of two of that is still a number
-        call(build_top, tree, treelets, deepest, upper, scratch)
+        call(build_top, top, treelets, deepest, upper, scratch)
         # The treelets are in another order now; their references follow them.
-        shift = starts[treelets.number] - tree.begin[treelets.node]
+        shift = starts[treelets.number] - top.begin[treelets.node]
         source = np.arange(len(codes)) + np.repeat(shift, treelets.sizes)
         codes, order = codes[source], order[source]
-        return complete(tree, codes, primitives.boxes, order, upper, treelets.node, settings, team)
+        roots = treelets.node.tolist()
+        tree = complete(top, upper.tolist(), roots, codes, primitives.boxes, order, settings, team)
+    return Grouping(tree, order)
 
 
 def make_treelets(boxes: np.ndarray, starts: np.ndarray, sizes: np.ndarray) -> Treelets:

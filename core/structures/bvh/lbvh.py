@@ -30,26 +30,21 @@ from .tree import Grouping, Primitives, Tree, copy_depth_first
 if TYPE_CHECKING:
     from .settings import BVHSettings
 
-SUBTREE = 1 << 14
-"""References up to which a subtree is built by one thread alone."""
+SUBTREE = 1 << 13
+"""References up to which a subtree is built by one thread alone, in memory that fits its cache."""
 
 
 class Intervals(NamedTuple):
-    """The tree while it is made.
-
-    The children of a node that is cut between the references k - 1 and k are 2k - 1 and 2k: every
-    place is cut at most once, so threads need not agree on who takes which number. A thread that
-    has an interval [l, r) to itself takes the numbers 2l + 1 ... 2r - 2 in another order, namely
-    depth-first.
+    """Nodes while they are made; children come behind their parents.
 
     Attributes
     ----------
-    boxes : (2n - 1, 6) float64
-    begin, size : (2n - 1,) int32
+    boxes : (n, 6) float64
+    begin, size : (n,) int32
         The interval of references. Once leaves are chosen, a size of 0 marks an inner node.
-    first : (2n - 1,) int32
+    first : (n,) int32
         Left child of an inner node (the right one is the next), first reference of a leaf.
-    cost : (2n - 1,) float64
+    cost : (n,) float64
         Of the best subtree, in units of area.
     """
 
@@ -61,11 +56,32 @@ class Intervals(NamedTuple):
 
 
 def make_intervals(count: int) -> Intervals:
-    """Return room for a tree over a number of references; node 0 has them all."""
-    nodes = 2 * count - 1
-    begin, size, first = (np.zeros(nodes, np.int32) for _ in range(3))
-    size[0] = count
-    return Intervals(np.empty((nodes, 6)), begin, size, first, np.empty(nodes))
+    """Return room for a number of nodes."""
+    begin, size, first = (np.zeros(count, np.int32) for _ in range(3))
+    return Intervals(np.empty((count, 6)), begin, size, first, np.empty(count))
+
+
+class Parts(NamedTuple):
+    """Subtrees that are built on their own.
+
+    Attributes
+    ----------
+    begin, size : (k,) int64
+        The interval of references of each.
+    kept : (k,) int64
+        Its nodes once leaves are chosen.
+    cost : (k,) float64
+        Of the whole, in units of area.
+    place, below : (k,) int64
+        In the finished tree: the number of its root, and that of the first node below.
+    """
+
+    begin: np.ndarray
+    size: np.ndarray
+    kept: np.ndarray
+    cost: np.ndarray
+    place: np.ndarray
+    below: np.ndarray
 
 
 @inner
@@ -81,9 +97,9 @@ def highest_bit(x):
 
 
 @kernel
-def find_cut(tree, codes, node):
-    """Return where the interval of a node is cut: the first index of the right part."""
-    begin, last = tree.begin[node], tree.begin[node] + tree.size[node] - 1
+def find_cut(codes, begin, end):
+    """Return where an interval of sorted codes is cut: the first index of the right part."""
+    last = end - 1
     if codes[begin] == codes[last]:
         return last & -highest_bit(begin ^ last)
     bit = highest_bit(codes[begin] ^ codes[last])
@@ -97,41 +113,30 @@ def find_cut(tree, codes, node):
     return high
 
 
-@kernel
-def link(tree, node, child, middle):
-    """Cut the interval of a node at `middle` into those of its children, `child` and the next."""
-    begin, size = tree.begin[node], tree.size[node]
-    tree.first[node] = child
-    tree.begin[child], tree.size[child] = begin, middle - begin
-    tree.begin[child + 1], tree.size[child + 1] = middle, begin + size - middle
-
-
 @inner
-def cut_all(tree, codes, root, stack):
-    """Cut the interval of a node, then those of its children, down to single references."""
-    child = 2 * tree.begin[root] + 1
-    stack[0] = root
-    height = 1
+def cut_all(tree, codes, stack):
+    """Cut the interval of node 0, then those of its children, down to single references."""
+    child, height = 1, 1
+    stack[0, 0] = 0
     while height > 0:
         height -= 1
-        node = stack[height]
+        node = stack[height, 0]
         if tree.size[node] > 1:
-            link(tree, node, child, find_cut(tree, codes, node))
-            stack[height], stack[height + 1] = child + 1, child
+            begin = np.int64(tree.begin[node])
+            end = begin + tree.size[node]
+            middle = find_cut(codes, begin, end)
+            tree.first[node] = child
+            tree.begin[child], tree.size[child] = begin, middle - begin
+            tree.begin[child + 1], tree.size[child + 1] = middle, end - middle
+            stack[height, 0], stack[height + 1, 0] = child + 1, child
             height += 2
             child += 2
 
 
 @inner
-def fit_and_choose(tree, boxes, order, rule, node):
-    """Fit the box of a node whose children are done, and say whether it is a leaf."""
+def choose(tree, rule, node):
+    """Fit the box of a node around its children, and say whether it is a leaf."""
     box, child, count = tree.boxes[node], tree.first[node], tree.size[node]
-    if count == 1:
-        for side in range(6):
-            box[side] = boxes[order[tree.begin[node]], side]
-        tree.first[node] = tree.begin[node]
-        tree.cost[node] = rule.c_isect * area_of(box)
-        return
     for side in range(3):
         a, b = tree.boxes[child, side], tree.boxes[child + 1, side]
         box[side] = b if b < a else a
@@ -146,22 +151,44 @@ def fit_and_choose(tree, boxes, order, rule, node):
 
 
 @kernel
-def build_subtrees(tree, codes, boxes, order, rule, roots, stack, first, last):
-    """Build what is below the nodes ``roots[first:last]``."""
+def build_parts(tree, codes, boxes, order, rule, parts, out, stack, first, last):
+    """Build the parts ``first <= i < last``, in `tree`, and copy what is kept to `out`.
+
+    Part i goes to row ``2 * parts.begin[i]`` and those behind. Its nodes are counted from there.
+    """
     for i in range(first, last):
-        root = roots[i]
-        begin, end = tree.begin[root], tree.begin[root] + tree.size[root]
-        cut_all(tree, codes, root, stack)
-        for node in range(2 * end - 2, 2 * begin, -1):
-            fit_and_choose(tree, boxes, order, rule, node)
-        fit_and_choose(tree, boxes, order, rule, root)
+        tree.begin[0], tree.size[0] = parts.begin[i], parts.size[i]
+        cut_all(tree, codes, stack)
+        for node in range(2 * parts.size[i] - 2, -1, -1):
+            if tree.size[node] > 1:
+                choose(tree, rule, node)
+                continue
+            tree.first[node] = tree.begin[node]
+            for side in range(6):
+                tree.boxes[node, side] = boxes[order[tree.begin[node]], side]
+            tree.cost[node] = rule.c_isect * area_of(tree.boxes[node])
+        parts.cost[i] = tree.cost[0]
+        parts.kept[i] = copy_depth_first(tree, out, 2 * parts.begin[i], stack)
 
 
 @kernel
-def finish_upper(tree, boxes, order, rule, upper):
-    """Fit the upper nodes, listed with parents before children."""
+def choose_upper(top, rule, upper):
+    """Choose among the upper nodes, listed with parents before children."""
     for i in range(len(upper) - 1, -1, -1):
-        fit_and_choose(tree, boxes, order, rule, upper[i])
+        choose(top, rule, upper[i])
+
+
+@kernel
+def place_parts(parts, source, out, first, last):
+    """Copy the parts ``first <= i < last`` to their places in the finished tree."""
+    for i in range(first, last):
+        shift = parts.below[i] - 1
+        for k in range(parts.kept[i]):
+            old, new = 2 * parts.begin[i] + k, parts.place[i] if k == 0 else shift + k
+            for side in range(6):
+                out.boxes[new, side] = source.boxes[old, side]
+            out.size[new] = source.size[old]
+            out.first[new] = source.first[old] + (shift if source.size[old] == 0 else 0)
 
 
 def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
@@ -174,35 +201,36 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     """
     with Team(progress, "Building bvh") as team:
         codes, order = sort_by_code(primitives.boxes, int(settings.morton_bits), team)
-        tree = make_intervals(len(codes))
-        root, nothing = np.zeros(1, np.int64), np.zeros(0, np.int64)
-        return complete(tree, codes, primitives.boxes, order, nothing, root, settings, team)
+        top = make_intervals(1)
+        top.size[0] = len(codes)
+        tree = complete(top, [], [0], codes, primitives.boxes, order, settings, team)
+    return Grouping(tree, order)
 
 
 def complete(
-    tree: Intervals,
+    top: Intervals,
+    upper: list[int],
+    roots: list[int],
     codes: np.ndarray,
     boxes: np.ndarray,
     order: np.ndarray,
-    upper: np.ndarray,
-    roots: np.ndarray,
     settings: BVHSettings,
     team: Team,
-) -> Grouping:
-    """Build what is missing of a tree.
+) -> Tree:
+    """Build what is below some nodes, choose leaves, and return the finished tree.
 
     Parameters
     ----------
+    top : Intervals
+        The upper tree.
+    upper, roots : list of int
+        Its nodes that have children, and those that are to get some.
     codes : (n,) int64
         Ascending in the interval of each root.
     boxes : (n, 6) float64
         Of the triangles.
     order : (n,) int32
         The triangle of each reference.
-    upper : (k,) int64
-        The nodes that are linked already, parents before children.
-    roots : (k + 1,) int64
-        The others, below which everything is missing.
 
     Raises
     ------
@@ -210,29 +238,83 @@ def complete(
         From the team's progress.
     """
     rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
-    # What is too large for one thread is cut node by node.
-    is_large = tree.size[roots] > SUBTREE
-    pending, cut, subtrees = roots[is_large].tolist(), [], roots[~is_large].tolist()
-    while pending:
-        node = pending.pop()
-        if tree.size[node] <= SUBTREE:
-            subtrees.append(node)
-            continue
-        middle = call(find_cut, tree, codes, node)
-        call(link, tree, node, 2 * middle - 1, middle)
-        cut.append(node)
-        pending += [2 * middle, 2 * middle - 1]
-
-    # The lower parts, side by side.
-    listed = np.array(subtrees)
+    top, upper, roots = cut_upper(top, upper, roots, codes)
+    begin, size = top.begin[roots].astype(np.int64), top.size[roots].astype(np.int64)
+    kept, place, below = (np.zeros(len(roots), np.int64) for _ in range(3))
+    parts = Parts(begin, size, kept, np.empty(len(roots)), place, below)
+    rows = make_tree(2 * len(codes))
 
     def build_some(first: int, last: int) -> None:
-        stack = np.empty(STACK_SIZE, np.int64)
-        call(build_subtrees, tree, codes, boxes, order, rule, listed, stack, first, last)
+        tree, stack = make_intervals(2 * SUBTREE), np.empty((STACK_SIZE, 2), np.int64)
+        call(build_parts, tree, codes, boxes, order, rule, parts, rows, stack, first, last)
 
-    team.run(build_some, len(listed), max(len(listed) * SUBTREE // len(codes), 1))
-    call(finish_upper, tree, boxes, order, rule, np.append(upper, cut).astype(np.int64))
-    out = Tree(np.empty_like(tree.boxes), np.empty_like(tree.first), np.empty_like(tree.size))
-    stack = np.empty((STACK_SIZE, 2), np.int64)
-    taken = call(copy_depth_first, Tree(tree.boxes, tree.first, tree.size), out, stack)
-    return Grouping(Tree(*(array[:taken].copy() for array in out)), order)
+    some = max(4 * SUBTREE * len(roots) // len(codes), 1)  # parts that are worth a call
+    team.run(build_some, len(roots), some)
+    top.boxes[roots], top.cost[roots] = rows.boxes[2 * begin], parts.cost
+    call(choose_upper, top, rule, np.array(upper, np.int64))
+
+    number, n_nodes = arrange(top, roots, parts)
+    out = make_tree(n_nodes)
+    upper = [node for node in upper if number[node] >= 0]
+    for source, target in zip((top.boxes, top.first, top.size), out, strict=True):
+        target[number[upper]] = source[upper]
+    team.run(lambda *block: call(place_parts, parts, rows, out, *block), len(roots), some)
+    return out
+
+
+def make_tree(count: int) -> Tree:
+    """Return room for a number of nodes; memory is taken when it is written to."""
+    return Tree(np.empty((count, 6)), np.empty(count, np.int32), np.empty(count, np.int32))
+
+
+def cut_upper(
+    top: Intervals, upper: list[int], roots: list[int], codes: np.ndarray
+) -> tuple[Intervals, list[int], list[int]]:
+    """Return the upper tree, its upper nodes and its roots, with no root of more than SUBTREE."""
+    begin, size, first = top.begin.tolist(), top.size.tolist(), top.first.tolist()
+    pending, upper, small = roots[::-1], upper.copy(), []
+    while pending:
+        node = pending.pop()
+        if size[node] <= SUBTREE:
+            small.append(node)
+            continue
+        a, b = begin[node], begin[node] + size[node]
+        middle = call(find_cut, codes, a, b)
+        first[node] = len(begin)
+        pending += [len(begin) + 1, len(begin)]
+        begin += [a, middle]
+        size += [middle - a, b - middle]
+        first += [0, 0]
+        upper.append(node)
+    out = make_intervals(len(begin))
+    out.begin[:], out.size[:], out.first[:] = begin, size, first
+    return out, upper, small
+
+
+def arrange(top: Intervals, roots: list[int], parts: Parts) -> tuple[np.ndarray, int]:
+    """Give the nodes numbers, depth-first, siblings together, and the parts their places.
+
+    Returns
+    -------
+    number : (n,) int64
+        Of the nodes of the upper tree; -1 for what is below a leaf.
+    n_nodes : int
+        Number of all nodes.
+    """
+    part = dict(zip(roots, range(len(roots)), strict=True))
+    first, size, kept = top.first.tolist(), top.size.tolist(), parts.kept.tolist()
+    parts.kept[:] = 0  # a part below a leaf is not needed
+    number = np.full(len(first), -1)
+    pending, taken = [(0, 0)], 1
+    while pending:
+        node, new = pending.pop()
+        number[node] = new
+        i = part.get(node)
+        if i is not None:
+            parts.place[i], parts.below[i], parts.kept[i] = new, taken, kept[i]
+            taken += kept[i] - 1
+        elif size[node] == 0:
+            pending += [(first[node] + 1, taken + 1), (first[node], taken)]
+            top.first[node] = taken
+            taken += 2
+    return number, taken

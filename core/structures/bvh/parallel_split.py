@@ -3,7 +3,7 @@
 k uniform planes per axis are candidates, each for a thread of its own, which tests all triangles of
 the node one by one and then knows the cost of its plane. With no more than k triangles their
 centroids take the place of the planes: the same as a full sweep. Of all candidates the cheapest is
-found by *reduction*: each step compares one half of what is left with the other, so log2 steps do.
+found by *reduction*: each step compares pairs and leaves half of them, so log2 steps do.
 The triangles are reordered by flags, 1 for those that go left, whose exclusive scan says where each
 belongs.
 
@@ -51,7 +51,7 @@ class DataParallel(NamedTuple):
         Of the triangles in such a plane, the last that goes left.
     costs : (3 k,) float64
     winners : (3 k,) int64
-        While they are reduced: the best candidate so far of those that a place stands for.
+        While they are reduced: the best of the candidates that a place stands for.
     boxes : (n, 6) float64
     order : (n,) int32
     spare_boxes : (n, 6) float64
@@ -117,31 +117,25 @@ def evaluate_candidates(rule, first, count, begin, end):
 
 
 @kernel
-def reduction_step(costs, winners, width):
-    """Halve how many candidates are left; a GPU compares all pairs at once.
+def reduction_step(costs, winners, stride):
+    """Compare pairs of places `stride` apart; a GPU compares all of them at once.
 
-    Place i, which stands for the best candidate so far of those that were compared there, meets the
-    place half of the width away. Of equal costs the lower candidate wins.
-
-    Returns
-    -------
-    int
-        How many are left.
+    Place i, a multiple of twice the stride, stands for the best of as many candidates then. Of
+    equal costs the lower candidate wins.
     """
-    half = (width + 1) // 2
-    for i in range(width - half):
-        a, b = winners[i], winners[i + half]
-        if costs[b] < costs[a] or (costs[b] == costs[a] and b < a):
+    for i in range(0, len(winners) - stride, 2 * stride):
+        a, b = winners[i], winners[i + stride]
+        if costs[b] < costs[a]:
             winners[i] = b
-    return half
 
 
 @inner
 def best_candidate(rule):
     """Reduce the candidates to one; return it as :func:`.top_down.choose` does."""
-    width = len(rule.costs)
-    while width > 1:
-        width = reduction_step(rule.costs, rule.winners, width)
+    stride = 1
+    while stride < len(rule.winners):
+        reduction_step(rule.costs, rule.winners, stride)
+        stride *= 2
     best = rule.winners[0]
     if rule.costs[best] == np.inf:
         return np.int64(-1), EVERY, 0.0, np.inf

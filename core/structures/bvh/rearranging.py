@@ -72,8 +72,8 @@ class Rearrangement:
     costs : list of float
         SAH cost of the tree, one triangle a leaf, before the first step and after each.
     moves : (k, width) float64
-        The moves with the greatest gains, in the order in which they were made. Their gains are
-        SAH costs. See :func:`note_reinsertion`, :func:`.treelet.note_treelet`.
+        The moves with the greatest gains, the greatest first. Their gains are SAH costs. See
+        :func:`note_reinsertion`, :func:`.treelet.note_treelet`.
     made : int
         Number of all moves.
     """
@@ -89,7 +89,7 @@ class Rearrangement:
         """Read the log."""
         made = int(moves.made[0])
         rows = moves.rows[: min(made, REMEMBERED)]
-        rows = rows[np.argsort(rows[:, 1])]
+        rows = rows[np.lexsort([rows[:, 1], -rows[:, 0]])]
         rows[:, 0] *= settings.C_trav / (surface_area(tree.boxes[root_of(tree)]) or 1.0)
         return cls(costs, rows, made)
 

@@ -29,11 +29,11 @@ from ...kernels import call, inner, kernel
 from ...parallel import core_count
 from ...progress import Progress
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
+from .chop import References
 from .spatial_split import (
     OBJECT,
     SPATIAL,
     Bins,
-    References,
     best_split,
     divide,
     make_bins,
@@ -50,7 +50,7 @@ ALPHA = 1e-5
 """Overlap of an object split, as a share of the root's area, from which on a spatial split is
 looked for; Stich's choice."""
 
-SUBTREE = 1 << 14
+SUBTREE = 1 << 13
 """References up to which a subtree is built by one kernel call."""
 
 
@@ -335,8 +335,9 @@ def finished(work: Construction) -> Grouping:
     begin = np.cumsum(size) - size
     kept = np.arange(size.sum()) + np.repeat(tree.first[leaves] - begin, size)
     tree.first[leaves] = begin
-    triangle, boxes = work.references.triangle[kept], work.references.boxes[kept]
-    return Grouping(tree, triangle, boxes, figures_of(work, len(kept)))
+    are_whole = len(kept) == work.root.size
+    parts = None if are_whole else work.references.boxes[kept]
+    return Grouping(tree, work.references.triangle[kept], parts, figures_of(work, len(kept)))
 
 
 def figures_of(work: Construction, n_references: int) -> dict[str, Any]:

@@ -1,18 +1,9 @@
 """Object and spatial splits, found by the same binning.
 
-What is kept of a triangle is a *reference*: its number, and the box of the part that is meant. A
-spatial split is a plane that cuts the references that straddle it; both children get a part.
-
-Chopping a reference at a plane gives the box of what is below and of what is above. The part of a
-triangle on one side of a plane is spanned by the corners on that side and the two points where its
-edges cross the plane. A crossing is off by eleven roundings at most; the boxes are widened by 16
-(:data:`.rays.ULPS`). So a box holds its part for certain, and the slack of rays, which has room for
-what a hit is off its triangle, needs no more. Boxes of the same triangle may be intersected: what
-is on both sides of two planes is in both boxes.
-
-Binning chops each reference at the borders of the bins it reaches into, counts where it starts and
-where it ends, and then sweeps over the bins from both sides. For an object split a reference is in
-one bin, that of its centroid, whole; everything else is the same.
+A spatial split is a plane that cuts the references that straddle it (:mod:`.chop`); both children
+get a part. Binning chops each reference at the borders of the bins it reaches into, counts where it
+starts and where it ends, and then sweeps over the bins from both sides. For an object split a
+reference is in one bin, that of its centroid, whole; everything else is the same.
 
 M. Stich, H. Friedrich, A. Dietrich: Spatial Splits in Bounding Volume Hierarchies, HPG 2009.
 """
@@ -25,38 +16,18 @@ import numpy as np
 
 from ...geometry.box import area_of
 from ...kernels import inner
+from .chop import BOTH, LEFT, RIGHT, chop, clear, copy, grow, is_empty, restrict
 from .top_down import axis_at
 
 SPATIAL, OBJECT = np.int64(0), np.int64(1)
 """Kinds of splits, and which row of a node's bounds has the box that is cut into bins: that around
 the references, or that around their centroids (:func:`.top_down.enclose_boxes`)."""
 
-LEFT, RIGHT, BOTH = np.int64(0), np.int64(1), np.int64(2)
-"""Where a reference goes, and rows of `Bins.parts`: of the reference that is being chopped."""
-
 REST, TRIAL = np.int64(2), np.int64(3)
 """Rows of `Bins.parts`: what is still to be chopped, and for trying out."""
 
 SIDES = np.int64(4)
 """Row of `Bins.parts`: everything left of the best plane, and behind it everything right."""
-
-
-class References(NamedTuple):
-    """The references of a builder.
-
-    Attributes
-    ----------
-    corners : (n_triangles, 3, 3) float64
-    slack : (3,) float64
-        By how much a crossing is widened, per axis.
-    triangle : (capacity,) int32
-    boxes : (capacity, 6) float64
-    """
-
-    corners: np.ndarray
-    slack: np.ndarray
-    triangle: np.ndarray
-    boxes: np.ndarray
 
 
 class Bins(NamedTuple):
@@ -80,95 +51,6 @@ class Bins(NamedTuple):
 def make_bins(count: int) -> Bins:
     """Return scratch memory for so many bins."""
     return Bins(np.empty((2 * count, 6)), np.empty(2 * count, np.int64), np.empty((6, 6)))
-
-
-# ------------------------------------------------------------------------------------------ boxes
-
-
-@inner
-def clear(boxes, row):
-    """Make a box contain nothing."""
-    for axis in range(3):
-        boxes[row, axis], boxes[row, 3 + axis] = np.inf, -np.inf
-
-
-@inner
-def grow(boxes, row, others, other):
-    """Make a box contain another one; one just cleared changes nothing."""
-    for axis in range(3):
-        low, high = others[other, axis], others[other, 3 + axis]
-        boxes[row, axis] = low if low < boxes[row, axis] else boxes[row, axis]
-        boxes[row, 3 + axis] = high if high > boxes[row, 3 + axis] else boxes[row, 3 + axis]
-
-
-@inner
-def copy(boxes, row, others, other):
-    """Copy a box."""
-    for face in range(6):
-        boxes[row, face] = others[other, face]
-
-
-@inner
-def is_empty(boxes, row):
-    """Say whether a box is turned inside out across some axis."""
-    return (
-        boxes[row, 0] > boxes[row, 3]
-        or boxes[row, 1] > boxes[row, 4]
-        or boxes[row, 2] > boxes[row, 5]
-    )
-
-
-# --------------------------------------------------------------------------------------- one plane
-
-
-@inner
-def include(boxes, row, axis, low, high):
-    """Make a box contain an interval along one axis."""
-    boxes[row, axis] = low if low < boxes[row, axis] else boxes[row, axis]
-    boxes[row, 3 + axis] = high if high > boxes[row, 3 + axis] else boxes[row, 3 + axis]
-
-
-@inner
-def restrict(boxes, row, axis, low, high):
-    """Cut a box to an interval along one axis."""
-    boxes[row, axis] = low if low > boxes[row, axis] else boxes[row, axis]
-    boxes[row, 3 + axis] = high if high < boxes[row, 3 + axis] else boxes[row, 3 + axis]
-
-
-@inner
-def chop(corners, slack, triangle, boxes, row, axis, plane, parts):
-    """Write the boxes of what of a triangle, in a box, is LEFT and RIGHT of a plane.
-
-    Either may be empty, which :func:`is_empty` tells.
-
-    Parameters
-    ----------
-    corners, slack
-        As in :class:`References`.
-    boxes, row
-        Where the box is.
-    parts : (2 or more, 6) float64
-    """
-    clear(parts, LEFT)
-    clear(parts, RIGHT)
-    for corner in range(3):
-        following = corner + 1 if corner < 2 else 0
-        a, b = corners[triangle, corner, axis], corners[triangle, following, axis]
-        crosses = (a < plane and b > plane) or (a > plane and b < plane)
-        share = (plane - a) / (b - a) if crosses else 0.0
-        for k in range(3):
-            x = corners[triangle, corner, k]
-            crossing = x + share * (corners[triangle, following, k] - x)
-            for side in range(2):
-                if a <= plane if side == LEFT else a >= plane:
-                    include(parts, side, k, x, x)
-                if crosses:
-                    include(parts, side, k, crossing - slack[k], crossing + slack[k])
-    restrict(parts, LEFT, axis, -np.inf, plane)
-    restrict(parts, RIGHT, axis, plane, np.inf)
-    for side in range(2):
-        for k in range(3):
-            restrict(parts, side, k, boxes[row, k], boxes[row, 3 + k])
 
 
 # ------------------------------------------------------------------------------------------ binning

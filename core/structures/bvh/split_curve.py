@@ -73,8 +73,13 @@ def has_curves(bvh: BVH) -> bool:
     return settings.builder in RULES and settings.optimise == "none" and settings.arity == "2"
 
 
-def split_curve(bvh: BVH, node: int) -> SplitCurve:
+def split_curve(bvh: BVH, node: int, builder: str = "") -> SplitCurve:
     """Return the candidates that the builder had for a node, an inner one or a leaf.
+
+    Parameters
+    ----------
+    builder : str, optional
+        One of RULES: those that another builder would have had, for the same triangles.
 
     Raises
     ------
@@ -88,8 +93,9 @@ def split_curve(bvh: BVH, node: int) -> SplitCurve:
     # By id, as the builder had them: of equal centroids the lower id comes first.
     ids = np.sort(bvh.triangles.ids[begin[node] : end[node]])
     corners = bvh.scene.triangles[ids]
+    primitives = Primitives(corners, boxes_of(corners))
     n_rows = 3 * max(settings.bins, len(ids))
-    make_rule, _ = RULES[settings.builder](Primitives(corners, boxes_of(corners)), settings, n_rows)
+    make_rule, _ = RULES[builder or settings.builder](primitives, settings, n_rows)
     rule = make_rule()
     call(look_at_candidates, rule, len(ids), int(bvh.depths()[node]))
     rows = rule.curve[np.isfinite(rule.curve[:, 4])]

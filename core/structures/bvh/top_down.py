@@ -230,7 +230,7 @@ def compact(tree: Tree) -> Tree:
     """Return a tree without the numbers that no node has taken, depth-first."""
     n_nodes = int((tree.size >= 0).sum())
     out = Tree(np.empty((n_nodes, 6)), np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32))
-    call(copy_depth_first, tree, out, np.empty((STACK_SIZE, 4), np.int64))
+    call(copy_depth_first, tree, out, 0, np.empty((STACK_SIZE, 4), np.int64))
     return out
 
 

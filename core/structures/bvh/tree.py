@@ -126,17 +126,17 @@ class Grouping:
 
 
 @kernel
-def copy_depth_first(tree, out, stack):
+def copy_depth_first(tree, out, row, stack):
     """Copy a tree, its nodes renumbered 0, 1, 2, ... depth-first, siblings together.
 
-    Returns how many nodes there are. A walk that goes down then mostly goes on in memory: 10%
-    faster on random rays.
+    Node 0 goes to `row`. Returns how many nodes there are. A walk that goes down then mostly goes
+    on in memory: 10% faster on random rays.
     """
     stack[0, 0], stack[0, 1] = 0, 0
     height, taken = 1, 1
     while height > 0:
         height -= 1
-        old, new = stack[height, 0], stack[height, 1]
+        old, new = stack[height, 0], row + stack[height, 1]
         for side in range(6):
             out.boxes[new, side] = tree.boxes[old, side]
         out.size[new] = tree.size[old]
