@@ -221,7 +221,7 @@ def structure_specs(
         entry = structure_named(name)
         where = f"structure {name}"
         settings: Any = parse(entry.Settings, values, where)
-        for sentence in without_effect(settings, values, where):
+        for sentence in without_effect(settings, where):
             note(sentence)
         chosen.append((entry, settings))
     return chosen

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 from .errors import InputError
@@ -99,18 +99,23 @@ def has_effect(field: dataclasses.Field, settings: Any) -> bool:
 def only_for_in_words(only_for: Mapping[str, Sequence[str]]) -> str:
     """Say where a setting has an effect: ``"only for builder lbvh, ploc"``."""
     return "only for " + " and ".join(
-        f"{name} {', '.join(choices)}" for name, choices in only_for.items()
+        f"{name} {', '.join(map(str, choices))}" for name, choices in only_for.items()
     )
 
 
-def without_effect(settings: Any, keys: Iterable[str], where: str) -> list[str]:
-    """Return one sentence for each of the settings `keys` that has no effect beside the others."""
-    fields = {key_of(field): field for field in dataclasses.fields(settings)}
+def without_effect(settings: Any, where: str) -> list[str]:
+    """Return one sentence for each setting that was changed, but has no effect beside the others.
+
+    Parameters
+    ----------
+    where : str
+        What is being set, for the sentences (``"structure grid"``).
+    """
     return [
-        f"{where}: {key} changes nothing, it is "
-        f"{only_for_in_words(fields[key].metadata['only_for'])}"
-        for key in keys
-        if not has_effect(fields[key], settings)
+        f"{where}: {key_of(field)} changes nothing, it is "
+        f"{only_for_in_words(field.metadata['only_for'])}"
+        for field in dataclasses.fields(settings)
+        if getattr(settings, field.name) != field.default and not has_effect(field, settings)
     ]
 
 

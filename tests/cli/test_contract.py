@@ -35,6 +35,21 @@ def test_list(run):
         assert word in outcome.out
 
 
+def test_list_says_where_a_setting_has_an_effect(run):
+    lines = run("list").out.splitlines()
+    (line,) = (line for line in lines if line.startswith("      radius=14 "))
+    assert line.endswith("; a whole number; only for builder ploc")
+
+
+def test_settings_that_change_nothing_are_noted(run):
+    arguments = ["evaluate", TETRA, "--structure", "bvh:radius=3", "--rays", CAMERA]
+    outcome = run(*arguments)
+    note = "accelscope: structure bvh: radius changes nothing, it is only for builder ploc"
+    assert outcome.code == 0
+    assert note in outcome.err.splitlines()
+    assert run(*arguments, "--quiet").err == ""
+
+
 def test_list_as_json(run):
     outcome = run("list", "--json")
     assert (outcome.code, outcome.err) == (0, "")

@@ -95,10 +95,14 @@ def test_settings_without_effect():
     ):
         settings = Conditional(way, switch)
         assert (has_effect(steps, settings), has_effect(both, settings)) == (some, all_)
-    assert without_effect(Conditional(), ["way", "steps"], "structure x") == [
+    assert without_effect(Conditional(steps=4), "structure x") == [
         "structure x: steps changes nothing, it is only for way near, up"
     ]
-    assert without_effect(Conditional("up"), ["way", "steps"], "structure x") == []
+    assert without_effect(Conditional("up", both=4), "structure x") == [
+        "structure x: both changes nothing, it is only for way up and switch True"
+    ]
+    assert without_effect(Conditional("up", True, 4, 4), "structure x") == []
+    assert without_effect(Conditional(), "structure x") == []
 
 
 @pytest.mark.parametrize("where", EVERYTHING)
