@@ -203,17 +203,17 @@ def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rea
     n_leaves = (len(tree.left) + 1) // 2
     inner_nodes = np.arange(n_leaves, len(tree.left), dtype=np.int32)
     batch = int(np.ceil(BATCH * len(inner_nodes)))
-    attempts = np.zeros(len(inner_nodes))
+    factors = np.ones(len(inner_nodes))
     queue = Queue(np.empty(MOST_VISITS + 2), np.empty(MOST_VISITS + 2, np.int32))
     while not settled(costs, PATIENCE):
         text = f"Reinserting, step {len(costs)}"
-        inefficient = inefficiency(tree, inner_nodes) * FORGIVE**attempts
-        worst = greatest(inefficient, batch)
-        attempts[worst] += 1
+        progress.report(0, batch, text)
+        worst = greatest(inefficiency(tree, inner_nodes) * factors, batch)
+        factors[worst] *= FORGIVE
         nodes, first = inner_nodes[worst], 0
         while first < len(nodes):
-            progress.report(first, len(nodes), text)
+            progress.report(first, batch, text)
             first = call(reinsert_children, tree, nodes, first, least, queue, moves)
-        progress.report(len(nodes), len(nodes), text)
+        progress.report(batch, batch, text)
         costs.append(cost_of(tree, settings))
     return Rearrangement.of(costs, moves, tree, settings)
