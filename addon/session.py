@@ -101,7 +101,7 @@ class Session:
     ) -> None:
         """Replace everything by a new structure, and draw it."""
         self.snapshot, self.built, self.cells, self.record = snapshot, built, cells, record
-        self.traced = None
+        self.traced, self.timeline = None, []
         self.showcase = Showcase(built.structure.exhibits())
         self.split_view = SplitView(built.structure.scene)
         self.watch_built()

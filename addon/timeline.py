@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import threading
 from collections.abc import Iterable, Iterator
@@ -52,8 +53,9 @@ class Place:
         self.frame, self.subframe = scene.frame_current, scene.frame_subframe
 
     def restore(self) -> None:
-        """Go back there."""
-        self.scene.frame_set(self.frame, subframe=self.subframe)
+        """Go back there, unless another file has been loaded meanwhile."""
+        with contextlib.suppress(ReferenceError):
+            self.scene.frame_set(self.frame, subframe=self.subframe)
 
 
 class Frames:

@@ -17,7 +17,10 @@ FORMATS = [
 class ACCELSCOPE_OT_export(bpy.types.Operator):
     bl_idname = "accelscope.export"
     bl_label = "Export Figures"
-    bl_description = "Write settings, statistics and the figures of the traced rays to a file"
+    bl_description = (
+        "Write settings, statistics and the figures of the traced rays to a file, "
+        "with the records of a comparison over the timeline, if there was one"
+    )
     bl_options = {"REGISTER"}
 
     format: EnumProperty(name="Format", items=FORMATS)  # type: ignore[valid-type]
@@ -54,7 +57,7 @@ class ACCELSCOPE_OT_export(bpy.types.Operator):
         assert record is not None
         write = write_json if self.format == "JSON" else write_csv
         try:
-            write(path, [record])
+            write(path, [record, *session.current.timeline])
         except InputError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -23,7 +23,9 @@ from typing import Any
 
 import numpy as np
 
+from ..geometry.combined import is_polyhedral
 from ..geometry.hull import hull_area
+from ..geometry.sphere import Spheres
 from ..geometry.triangle import triangles_of
 from ..kernels import is_warm, mark_warm
 from ..progress import SILENT, Progress
@@ -127,8 +129,10 @@ def efficiency_of(
         sample = sample_of(rays, structure, volumes)
         hit = int(sample.hits_volume.sum())
         tightness = sample.ratio
-        p = area / ball.area()
         measured = hit / len(rays)
+        # The area of other shapes is itself counted, by fewer lines.
+        is_exact = isinstance(volumes, Spheres) or is_polyhedral(volumes)
+        p = area / ball.area() if is_exact else measured
         B = time_of_volume(kind, scene.triangles, rays.arrays(), triangles.reach)
         records.append(
             {
@@ -145,6 +149,7 @@ def efficiency_of(
                     name: sample_of(view, structure, volumes).ratio for name, view in views.items()
                 },
                 "p_hit": p,
+                "p_hit_from": "area" if is_exact else "lines",
                 "p_hit_measured": measured,
                 "p_hit_error": standard_error(measured, len(rays)),
                 "B_ns": B,

@@ -58,14 +58,18 @@ def test_refit_says_when_the_triangles_are_others(twist, root, current):
     assert current.built is not None
 
 
-def test_comparison_over_the_timeline(twist, root, current):
+def test_comparison_over_the_timeline(twist, root, current, tmp_path):
     assert twist.ops.accelscope.compare_over_timeline() == {"FINISHED"}
     assert twist.context.scene.frame_current == 4
     assert current.status(twist.context).up_to_date
     assert [record["frame"] for record in current.timeline] == [3, 3, 4, 4, 5, 5, 6, 6]
     exhibits = {each.name: each for each in current.built.structure.exhibits()}
     assert exhibits["refit_over_timeline"].count == 4
-    twist.ops.accelscope.clear()
+    path = tmp_path / "figures.json"
+    twist.ops.accelscope.export(filepath=str(path), format="JSON")
+    records = json.loads(path.read_text())["records"]
+    assert [record.get("frame") for record in records] == [None, 3, 3, 4, 4, 5, 5, 6, 6]
+    twist.ops.accelscope.build()
     assert current.timeline == []
 
 

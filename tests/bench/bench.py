@@ -35,7 +35,7 @@ from accelscope.core.scene import Scene
 from accelscope.core.settings import parse
 from accelscope.core.structures import structure_named, structures
 from accelscope.sample_scenes import make_sample
-from hierarchies import BINNED, SECTIONS, measure_hierarchies, report_hierarchies
+from hierarchies import measure_hierarchies, others, report_hierarchies
 from meshes import MESHES
 from quality import measure_quality, report_quality
 from timing import best_of
@@ -169,9 +169,12 @@ def measure_stadium() -> list[dict]:
 
 
 def everything() -> list[str]:
-    """Return all structures, and the hierarchy with each of its builders and optimisers."""
-    return [*structures(), *(f"bvh:{text}" for text in SECTIONS["builders"] if text != BINNED),
-            *(f"bvh:{text}" for text in SECTIONS["optimisers"])]  # fmt: skip
+    """Return all structures, and the hierarchy with everything else it can be made of."""
+    kinds = ("builder", "optimise", "volume", "arity")
+    return [
+        *structures(),
+        *(f"bvh:{kind}={name}" for kind in kinds for name in others(kind)),
+    ]
 
 
 def peak_memory(size: str) -> dict[str, float]:

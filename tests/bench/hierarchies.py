@@ -18,6 +18,7 @@ from accelscope.core.reference import Embree
 from accelscope.core.scene import Scene
 from accelscope.core.settings import parse
 from accelscope.core.structures import structure_named
+from accelscope.core.structures.contract import Structure
 from accelscope.sample_scenes import make_sample
 from timing import best_of
 
@@ -33,20 +34,25 @@ def choices(name: str) -> list[str]:
     return list(next(field.metadata["choices"] for field in fields if field.name == name))
 
 
+def others(name: str) -> list[str]:
+    """Return what a setting of the hierarchy can be beside its default."""
+    default = getattr(structure_named("bvh").Settings(), name)
+    return [choice for choice in choices(name) if choice != default]
+
+
 SECTIONS: dict[str, list[str]] = {
     "builders": [
         BINNED,
-        *(f"builder={name}" for name in choices("builder") if name != "binned_sah"),
+        *(f"builder={name}" for name in others("builder")),
         *(f"builder=ploc,radius={radius}" for radius in (1, 6, 32)),
         "builder=rtree_insert,rtree_split=linear",
     ],
     "optimisers": [
         f"builder={builder},optimise={optimise}"
         for builder in ("binned_sah", "lbvh", "ploc")
-        for optimise in choices("optimise")
-        if optimise != "none"
+        for optimise in others("optimise")
     ],
-    "volumes": [f"{BINNED},volume={volume}" for volume in ("aabb", *choices("volume"))],
+    "volumes": [f"{BINNED},volume={volume}" for volume in ("aabb", *others("volume"))],
     "arities": [
         f"{first},arity={arity}"
         for first in (BINNED, *(f"builder={name},optimise=reinsert_parallel" for name in FAST))
@@ -61,16 +67,21 @@ def measure(scene: Scene, rays: Rays, text: str) -> dict:
     kind = structure_named("bvh")
     settings = parse(kind.Settings, dict(part.split("=") for part in text.split(",")), "bvh")
     warm_up(kind, settings)
-    build = best_of(lambda: kind.build(scene, settings))
-    built = kind.build(scene, settings)
+    trees: list[Structure] = []
+
+    def build() -> None:
+        trees[:] = [kind.build(scene, settings)]
+
+    build_seconds = best_of(build)
+    built = trees[0]
     _, counters = built.trace(rays)
     seconds = best_of(lambda: built.trace(rays))
     figures = built.statistics()
     return {
-        "triangles": len(scene), "settings": text, "build_seconds": build,
+        "triangles": len(scene), "settings": text, "build_seconds": build_seconds,
         "rays_per_second": len(rays) / seconds, "sah": figures.sah, "N_IN": figures.N_IN,
         "N_V": figures.N_V, "bytes_per_triangle": built.memory() / len(scene),
-        "costs": getattr(built, "costs", []), **counters.means(),
+        **counters.means(),
     }  # fmt: skip
 
 
@@ -96,7 +107,6 @@ def report_hierarchies(rows: list[dict]) -> list[str]:
         found = {row["settings"]: row for row in rows if row["triangles"] == triangles}
         embree = found["embreex"]
         for section, texts in SECTIONS.items():
-            texts = list(dict.fromkeys(texts))
             first = found[texts[0]]
             lines.append(
                 f"hierarchies, {section}, {triangles} triangles, random lines; Embree builds in"

@@ -7,7 +7,6 @@ import threading
 import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of
-from accelscope.core.kernels import call
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene import Scene
@@ -273,18 +272,14 @@ def test_the_upper_tree_is_as_deep_as_it_may_be(count):
     for deepest in (6, 62):
         low = 0.25 ** np.arange(count)[:, None] * np.ones(3)
         boxes = np.random.default_rng(count).permutation(np.concatenate([low, 2 * low], axis=1))
-        treelets = hlbvh.make_treelets(boxes, np.arange(count), np.full(count, 3))
-        tree = lbvh.make_intervals(2 * count - 1)
-        tree.size[0] = 3 * count
-        upper, scratch = np.empty(count - 1, np.int64), hlbvh.make_scratch(16)
-        call(hlbvh.build_top, tree, treelets, deepest, upper, scratch)
-        assert np.array_equal(np.sort(treelets.number), np.arange(count))
-        assert np.array_equal(treelets.boxes, boxes[treelets.number])
-        assert np.array_equal(tree.begin[treelets.node], 3 * np.arange(count))
+        top, number = hlbvh.top_of(boxes, deepest, 16)
+        assert np.array_equal(np.sort(number), np.arange(count))
+        roots = np.flatnonzero(top.size == 1)
+        assert np.array_equal(np.sort(top.begin[roots]), np.arange(count))
         depth = {0: 0}
-        for node in upper.tolist():
-            depth[tree.first[node]] = depth[tree.first[node] + 1] = depth[node] + 1
-        depths[deepest] = max(depth[node] for node in treelets.node.tolist())
+        for node in np.flatnonzero(top.size > 1).tolist():
+            depth[top.first[node]] = depth[top.first[node] + 1] = depth[node] + 1
+        depths[deepest] = max(depth[node] for node in roots.tolist())
     assert depths[6] <= 6
     if count >= 40:
         assert depths[62] > 10

@@ -21,6 +21,7 @@ from ...parallel import Team
 from ...progress import SILENT
 from ..drawing import BLUE, GREY, ORANGE, Chart, Lines, coloured, counted, frame_of
 from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
+from .hlbvh import boxes_around
 from .lbvh import find_cut
 from .morton import codes_of, sort_by_code
 from .radix_sort import DIGIT, passes, split
@@ -101,7 +102,10 @@ def morton_curve(bvh: BVH) -> Exhibit:
             sizes, colours = ends - begins, 0.5 * (begins + ends) / count
             parts = [
                 curve(found, np.repeat(colours, sizes), MOST_SEGMENTS * 3 // 4),
-                boxes_around(found.boxes, begins, colours),
+                Lines(
+                    box_segments(boxes_around(found.boxes, begins)),
+                    opaque(ramp(np.repeat(colours, 12))),
+                ),
                 brackets(chart_below(bvh, count, levels), intervals()[:number]),
             ]
             caption = (
@@ -146,14 +150,6 @@ def curve(found: Sorted, fractions: np.ndarray, most: int) -> Lines:
 def opaque(colours: np.ndarray) -> np.ndarray:
     """Return colours (k, 3) with an opacity of 1."""
     return np.concatenate([colours, np.ones((len(colours), 1))], axis=1)
-
-
-def boxes_around(boxes: np.ndarray, begins: np.ndarray, fractions: np.ndarray) -> Lines:
-    """Return the edges of the boxes around intervals."""
-    low = np.minimum.reduceat(boxes[:, :3], begins)
-    high = np.maximum.reduceat(boxes[:, 3:], begins)
-    segments = box_segments(np.concatenate([low, high], axis=1))
-    return Lines(segments, opaque(ramp(np.repeat(fractions, 12))))
 
 
 def brackets(chart: Chart, levels: list[np.ndarray]) -> Lines:

@@ -21,7 +21,7 @@ from ...kernels import call, inner, kernel
 from ...parallel import Team
 from ...progress import Progress
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
-from .lbvh import complete, make_intervals
+from .lbvh import Intervals, complete, make_intervals
 from .morton import sort_by_code
 from .tree import Grouping, Primitives
 
@@ -32,41 +32,17 @@ TREELET_BITS = 15
 """Leading bits that all codes of a treelet have in common: cells of a grid of 32 x 32 x 32."""
 
 
-class Treelets(NamedTuple):
-    """The treelets, in an order that changes until the upper tree is finished.
-
-    Attributes
-    ----------
-    boxes : (t, 6) float64
-    sizes : (t,) int64
-        References of each.
-    number : (t,) int64
-        Which one it was along the curve.
-    node : (t,) int64
-        Its root.
-    """
-
-    boxes: np.ndarray
-    sizes: np.ndarray
-    number: np.ndarray
-    node: np.ndarray
-
-
-class Scratch(NamedTuple):
+class Bins(NamedTuple):
     """Scratch memory: boxes (bins + 1, 6), the last one to sweep with, counts and costs (bins,)."""
 
     boxes: np.ndarray
     counts: np.ndarray
     costs: np.ndarray
-    stack: np.ndarray
 
 
-def make_scratch(bins: int) -> Scratch:
-    """Return scratch memory."""
-    return Scratch(
-        np.empty((bins + 1, 6)), np.empty(bins, np.int64), np.empty(bins),
-        np.empty((STACK_SIZE, 4), np.int64),
-    )  # fmt: skip
+def make_bins(bins: int) -> Bins:
+    """Return scratch memory for a number of bins."""
+    return Bins(np.empty((bins + 1, 6)), np.empty(bins, np.int64), np.empty(bins))
 
 
 @inner
@@ -92,106 +68,95 @@ def bin_of(box, axis, low, scale):
 
 
 @inner
-def find_best(treelets, first, last, scratch):
+def find_best(boxes, number, first, last, bins):
     """Return axis, origin and scale of the bins, and behind which one to cut.
 
     There SA(L) N_L + SA(R) N_R is least. The axis is -1 if all centres coincide.
     """
-    boxes, counts, costs = scratch.boxes, scratch.counts, scratch.costs
-    bins = len(counts)
-    swept = boxes[bins]
+    n_bins = len(bins.counts)
+    swept = bins.boxes[n_bins]
     best_axis, best_low, best_scale, best_bin, least = -1, 0.0, 0.0, 0, np.inf
     for axis in range(3):
         low, high = np.inf, -np.inf
         for i in range(first, last):
-            centre = treelets.boxes[i, axis] + treelets.boxes[i, 3 + axis]
+            centre = boxes[number[i], axis] + boxes[number[i], 3 + axis]
             low = centre if centre < low else low
             high = centre if centre > high else high
-        scale = bins * (1.0 - 1e-6) / (high - low)
-        if not scale < np.inf:
+        if not high > low:
             continue
-        for b in range(bins):
-            empty(boxes[b])
-            counts[b] = 0
+        scale = n_bins * (1.0 - 1e-6) / (high - low)
+        if scale == np.inf:
+            continue
+        for b in range(n_bins):
+            empty(bins.boxes[b])
+            bins.counts[b] = 0
         for i in range(first, last):
-            b = bin_of(treelets.boxes[i], axis, low, scale)
-            grow(boxes[b], treelets.boxes[i])
-            counts[b] += 1
+            box = boxes[number[i]]
+            b = bin_of(box, axis, low, scale)
+            grow(bins.boxes[b], box)
+            bins.counts[b] += 1
         # From the right: costs[b] is SA N of bin b and everything behind.
         empty(swept)
         count = 0
-        for b in range(bins - 1, 0, -1):
-            grow(swept, boxes[b])
-            count += counts[b]
-            costs[b] = count * area_of(swept) if count > 0 else np.inf
+        for b in range(n_bins - 1, 0, -1):
+            grow(swept, bins.boxes[b])
+            count += bins.counts[b]
+            bins.costs[b] = count * area_of(swept) if count > 0 else np.inf
         # From the left, with the other side at hand. The first bin is never empty.
         empty(swept)
         count = 0
-        for b in range(bins - 1):
-            grow(swept, boxes[b])
-            count += counts[b]
-            cost = count * area_of(swept) + costs[b + 1]
+        for b in range(n_bins - 1):
+            grow(swept, bins.boxes[b])
+            count += bins.counts[b]
+            cost = count * area_of(swept) + bins.costs[b + 1]
             if cost < least:
                 best_axis, best_low, best_scale, best_bin, least = axis, low, scale, b, cost
     return best_axis, best_low, best_scale, best_bin
 
 
-@inner
-def swap(treelets, i, j):
-    """Exchange two treelets."""
-    boxes, sizes, number = treelets.boxes, treelets.sizes, treelets.number
-    for side in range(6):
-        boxes[i, side], boxes[j, side] = boxes[j, side], boxes[i, side]
-    sizes[i], sizes[j] = sizes[j], sizes[i]
-    number[i], number[j] = number[j], number[i]
-
-
 @kernel
-def build_top(tree, treelets, deepest, upper, scratch):
-    """Build the tree above the treelets; they end up in the order of their references.
+def build_top(top, boxes, number, deepest, bins, stack):
+    """Build the tree above the treelets, as if each were a single reference.
 
     Parameters
     ----------
-    tree : Intervals
-        Node 0 has all references.
+    top : Intervals
+        Node 0 has all treelets.
+    boxes : (t, 6) float64
+        Of the treelets.
+    number : (t,) int64
+        The treelets, in an order that becomes that of the tree.
     deepest : int
         Depth at which every treelet must have its root at the latest.
-    upper : (t - 1,) int64
-        Gets the inner nodes, parents before children.
     """
-    stack, height, done = scratch.stack, 1, 0
-    stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, len(treelets.sizes), 0
+    stack[0, 0], stack[0, 1] = 0, 0
+    height, child = 1, 1
     while height > 0:
         height -= 1
-        node, first = stack[height, 0], stack[height, 1]
-        last, depth = stack[height, 2], stack[height, 3]
+        node, depth = stack[height, 0], stack[height, 1]
+        first = np.int64(top.begin[node])
+        last = first + top.size[node]
         if last - first == 1:
-            treelets.node[first] = node
             continue
         middle = (first + last) >> 1
         # As long as halving would still do below.
         if last - first <= 1 << deepest - depth - 1:
-            axis, low, scale, last_left = find_best(treelets, first, last, scratch)
+            axis, low, scale, last_left = find_best(boxes, number, first, last, bins)
             if axis >= 0:
                 i, middle = first, last
                 while i < middle:
-                    if bin_of(treelets.boxes[i], axis, low, scale) <= last_left:
+                    if bin_of(boxes[number[i]], axis, low, scale) <= last_left:
                         i += 1
                     else:
                         middle -= 1
-                        swap(treelets, i, middle)
-        child, begin, left_size = 2 * done + 1, tree.begin[node], 0
-        for i in range(first, middle):
-            left_size += treelets.sizes[i]
-        tree.first[node] = child
-        tree.begin[child], tree.size[child] = begin, left_size
-        tree.begin[child + 1], tree.size[child + 1] = begin + left_size, tree.size[node] - left_size
-        upper[done] = node
-        done += 1
-        left, right = stack[height], stack[height + 1]
-        left[0], left[1], left[2], left[3] = child, first, middle, depth + 1
-        right[0], right[1], right[2], right[3] = child + 1, middle, last, depth + 1
+                        number[i], number[middle] = number[middle], number[i]
+        top.first[node] = child
+        top.begin[child], top.size[child] = first, middle - first
+        top.begin[child + 1], top.size[child + 1] = middle, last - middle
+        stack[height, 0], stack[height, 1] = child + 1, depth + 1
+        stack[height + 1, 0], stack[height + 1, 1] = child, depth + 1
         height += 2
+        child += 2
 
 
 def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
@@ -207,27 +172,36 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
         codes, order = sort_by_code(primitives.boxes, bits, team)
         starts = np.flatnonzero(np.diff(codes >> bits - TREELET_BITS, prepend=-1))
         sizes = np.diff(starts, append=len(codes))
-        treelets = make_treelets(primitives.boxes[order], starts, sizes)
         # A treelet has at most this many levels: the rest of the code, then bits of the index.
         levels = bits - TREELET_BITS + int(sizes.max()).bit_length()
-        top = make_intervals(2 * len(starts) - 1)
-        top.size[0] = len(codes)
-        upper = np.empty(len(starts) - 1, np.int64)
-        scratch = make_scratch(settings.bins)
         deepest = min(MAXIMUM_DEPTH - levels, 62)  # a power of two of that is still a number
-        call(build_top, top, treelets, deepest, upper, scratch)
-        # The treelets are in another order now; their references follow them.
-        shift = starts[treelets.number] - top.begin[treelets.node]
-        source = np.arange(len(codes)) + np.repeat(shift, treelets.sizes)
+        boxes = boxes_around(primitives.boxes[order], starts)
+        top, number = top_of(boxes, deepest, settings.bins)
+        upper, roots = np.flatnonzero(top.size > 1), np.flatnonzero(top.size == 1)
+        # From treelets to references, which follow their treelets into the new order.
+        sizes = sizes[number]
+        begins = np.concatenate([[0], np.cumsum(sizes)])
+        top.size[:] = begins[top.begin + top.size] - begins[top.begin]
+        top.begin[:] = begins[top.begin]
+        source = np.arange(len(codes)) + np.repeat(starts[number] - begins[:-1], sizes)
         codes, order = codes[source], order[source]
-        roots = treelets.node.tolist()
-        tree = complete(top, upper.tolist(), roots, codes, primitives.boxes, order, settings, team)
+        tree = complete(
+            top, upper.tolist(), roots.tolist(), codes, primitives.boxes, order, settings, team
+        )
     return Grouping(tree, order)
 
 
-def make_treelets(boxes: np.ndarray, starts: np.ndarray, sizes: np.ndarray) -> Treelets:
-    """Return the treelets that begin at `starts` of the references with these boxes."""
+def boxes_around(boxes: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """Return the boxes around runs of boxes that begin at `starts`."""
     low = np.minimum.reduceat(boxes[:, :3], starts)
     high = np.maximum.reduceat(boxes[:, 3:], starts)
-    number = np.arange(len(starts))
-    return Treelets(np.concatenate([low, high], axis=1), sizes, number, np.zeros_like(number))
+    return np.concatenate([low, high], axis=1)
+
+
+def top_of(boxes: np.ndarray, deepest: int, bins: int) -> tuple[Intervals, np.ndarray]:
+    """Return the tree above treelets with these boxes, and the order in which it has them."""
+    top, number = make_intervals(2 * len(boxes) - 1), np.arange(len(boxes))
+    top.size[0] = len(boxes)
+    stack = np.empty((STACK_SIZE, 2), np.int64)
+    call(build_top, top, boxes, number, deepest, make_bins(bins), stack)
+    return top, number

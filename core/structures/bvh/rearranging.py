@@ -120,9 +120,9 @@ def cost_of(tree: LinkedTree, settings: BVHSettings) -> float:
     return float((settings.C_trav * inner_sum + settings.C_isect * leaf_sum) / root_area)
 
 
-def settled(costs: list[float]) -> bool:
-    """Say whether the last two steps gained less than ENOUGH together."""
-    return len(costs) > 2 and not costs[-1] < costs[-3] * (1.0 - ENOUGH)
+def settled(costs: list[float], steps: int = 2) -> bool:
+    """Say whether the last steps gained less than ENOUGH together."""
+    return len(costs) > steps and not costs[-1] < costs[-1 - steps] * (1.0 - ENOUGH)
 
 
 def from_leaves_up(

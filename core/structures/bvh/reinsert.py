@@ -4,10 +4,15 @@ A node is inefficient if it is large, larger than its children, and if one of th
 
     M = SA * SA / (mean SA of the children) * SA / (least SA of the children)
 
-The worst hundredth of the inner nodes is taken apart, the worst node first: each of its children in
+The worst fifth of the inner nodes is taken apart, the worst node first: each of its children in
 turn is cut off, and hung beside that node of the remaining tree where the sum of all areas is least
 afterwards. Its old place is one of the candidates, so no move makes the tree worse. A step is such
-a batch; it ends when ten steps together gain next to nothing.
+a batch. Some things differ from the paper:
+
+- It cuts off both children at once. Here the second never pays for what becomes of the first.
+- Nodes that were taken apart stand back, since some of the worst cannot be bettered: with them
+  always in front, reinsertion ended after a quarter to nine tenths of what it gains now.
+- Batches are larger than a hundredth: as good, and fewer passes over all nodes to find the worst.
 
 The best place is found by branch and bound. Hanging X beside a node costs the area of the new
 parent, SA(node + X), and what all ancestors of the node grow by. The latter only grows on the way
@@ -46,18 +51,20 @@ from .tree import LinkedTree
 if TYPE_CHECKING:
     from .settings import BVHSettings
 
-BATCH = 0.05
+BATCH = 0.2
 """Share of the inner nodes that is taken apart in one step."""
 
+PATIENCE = 3
+"""Steps that have to gain something together."""
+
 FORGIVE = 1 / 8
-"""What M is multiplied with whenever a node was taken apart: some of the worst cannot be bettered,
-and the others shall have their turn."""
+"""What M is multiplied with whenever a node was taken apart, so that others have their turn."""
 
 MOST_VISITS = 1 << 13
 """Nodes at which a search ends with the best place so far; fewer than a hundred are usual. It also
 bounds the queue, however deep the tree is."""
 
-VISITS_AT_ONCE = 1 << 16
+VISITS_AT_ONCE = 1 << 14
 """Nodes that are looked at in one kernel call, some 20 ms."""
 
 VISITS_PER_MOVE = 16
@@ -176,6 +183,14 @@ def inefficiency(tree: LinkedTree, nodes: np.ndarray) -> np.ndarray:
         return area * (area / (0.5 * (left + right))) * (area / np.minimum(left, right))
 
 
+def greatest(values: np.ndarray, count: int) -> np.ndarray:
+    """Return where the greatest values are, the greatest first; of equal ones the first."""
+    if count == 0:
+        return np.empty(0, np.int64)
+    chosen = np.argpartition(-values, count - 1)[:count]
+    return chosen[np.lexsort([chosen, -values[chosen]])]
+
+
 def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rearrangement:
     """Reinsert in batches; a step is a batch.
 
@@ -190,10 +205,10 @@ def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rea
     batch = int(np.ceil(BATCH * len(inner_nodes)))
     attempts = np.zeros(len(inner_nodes))
     queue = Queue(np.empty(MOST_VISITS + 2), np.empty(MOST_VISITS + 2, np.int32))
-    while not settled(costs):
+    while not settled(costs, PATIENCE):
         text = f"Reinserting, step {len(costs)}"
         inefficient = inefficiency(tree, inner_nodes) * FORGIVE**attempts
-        worst = np.argsort(-inefficient, kind="stable")[:batch]
+        worst = greatest(inefficient, batch)
         attempts[worst] += 1
         nodes, first = inner_nodes[worst], 0
         while first < len(nodes):
