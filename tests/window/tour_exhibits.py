@@ -155,13 +155,15 @@ def slow_frame() -> Steps:
 
 @session.step
 def choose() -> Steps:
-    """The list of exhibits drops down."""
+    """The list of exhibits drops down, and another one is chosen."""
     bpy.ops.accelscope.build()
+    before = group().exhibit
     yield from session.press("exhibits.exhibit")
-    yield 0.5
+    yield 2.0
     station("list")
-    session.key("Escape")
-    yield 0.5
+    session.key("Down", "Return")
+    yield lambda: group().exhibit != before
+    yield from seen("chosen")
 
 
 @session.step
