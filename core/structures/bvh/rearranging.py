@@ -177,15 +177,6 @@ def note_move(moves, gain):
 
 
 @inner
-def union_area(a, b):
-    """Return the surface area of the box around two boxes, (6,) each."""
-    x = max(a[3], b[3]) - min(a[0], b[0])
-    y = max(a[4], b[4]) - min(a[1], b[1])
-    z = max(a[5], b[5]) - min(a[2], b[2])
-    return 2.0 * (x * y + y * z + z * x)
-
-
-@inner
 def fit_node(tree, node):
     """Put the box of an inner node around those of its children; say whether it changed."""
     box, a, b = tree.boxes[node], tree.boxes[tree.left[node]], tree.boxes[tree.right[node]]

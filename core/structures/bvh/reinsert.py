@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import area_of, surface_area
+from ...geometry.box import area_of, surface_area, union_area
 from ...kernels import call, inner, kernel
 from ...progress import Progress
 from .rearranging import (
@@ -44,7 +44,6 @@ from .rearranging import (
     note_reinsertion,
     settled,
     sibling_of,
-    union_area,
 )
 from .tree import LinkedTree
 

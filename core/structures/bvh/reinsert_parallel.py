@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import area_of
+from ...geometry.box import area_of, union_area
 from ...kernels import call, inner, kernel
 from ...parallel import for_chunks
 from ...progress import Progress
@@ -45,7 +45,6 @@ from .rearranging import (
     note_reinsertion,
     settled,
     sibling_of,
-    union_area,
 )
 from .tree import LinkedTree
 

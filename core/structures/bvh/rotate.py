@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...geometry.box import area_of
+from ...geometry.box import area_of, union_area
 from ...kernels import call, inner, kernel
 from ...progress import Progress
 from .rearranging import (
@@ -35,7 +35,6 @@ from .rearranging import (
     note_move,
     settled,
     sibling_of,
-    union_area,
 )
 from .tree import LinkedTree
 

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...geometry.box import union_area
 from ...kernels import implements
 from ...progress import Progress
-from .rearranging import Rearrangement, union_area
+from .rearranging import Rearrangement
 from .tree import LinkedTree
 from .treelet import arrange, restructure
 
