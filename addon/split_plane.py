@@ -75,7 +75,7 @@ class SplitView:
             self.plane, self.rows = None, []
             overlay.set_lines(overlay.PLANE, None)
             return
-        from ..core.structures.bvh.exhibits_split_plane import frame_of_plane
+        from ..core.structures.bvh.exhibits.split_plane import frame_of_plane
         from ..core.structures.bvh.split_plane import evaluate_plane
 
         box = np.concatenate([self.scene.lower, self.scene.upper])

@@ -17,7 +17,7 @@ from ..errors import InputError
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..structures.bvh import BVH
-from ..structures.bvh.exhibits_refit import Moment, moment_of
+from ..structures.bvh.exhibits.refit import Moment, moment_of
 from ..structures.bvh.refit import refit
 from .experiment import Built, build, make_record, trace_rays
 from .report import Record, aligned, look_up, show_number, show_seconds

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..scene import Scene
 from ..structures.bvh import BVH
-from ..structures.bvh.exhibits_volume import VIEWS, volume_efficiency
+from ..structures.bvh.exhibits.volume import VIEWS, volume_efficiency
 from .efficiency import COLUMNS
 from .exhibit_pictures import REDUCTION
 from .png import write_png

@@ -10,11 +10,12 @@ from accelscope.core import parallel
 from accelscope.core.geometry.box import boxes_of, surface_area
 from accelscope.core.kernels import call
 from accelscope.core.progress import SILENT, Cancelled, Progress
-from accelscope.core.structures.bvh import binned_sah, exhibits_rearranging, rearranging
+from accelscope.core.structures.bvh import binned_sah, rearranging
 from accelscope.core.structures.bvh import reinsert as one_by_one
 from accelscope.core.structures.bvh import reinsert_parallel as at_once
 from accelscope.core.structures.bvh import rotate as rotations
 from accelscope.core.structures.bvh.collapse import LeafRule, collapse
+from accelscope.core.structures.bvh.exhibits import rearranging as exhibits_rearranging
 from accelscope.core.structures.bvh.optimisers import OPTIMISERS
 from accelscope.core.structures.bvh.settings import BVHSettings
 from accelscope.core.structures.bvh.tree import LinkedTree, Primitives, linked

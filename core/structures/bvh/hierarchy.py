@@ -29,7 +29,7 @@ from .builders import BUILDERS
 from .collapse import LeafRule, collapse, total_cost
 from .efficiency import Efficiency, hierarchy_efficiency
 from .exhibits import exhibits_of
-from .exhibits_refit import Moment
+from .exhibits.refit import Moment
 from .fit import fit_all, sticking_out
 from .optimisers import OPTIMISERS
 from .overlap import sibling_overlap

@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...geometry.box import boxes_of, surface_area
-from ...outlines import box_segments
-from ..cells import planes_across
-from ..drawing import BLUE, GREEN, GREY, ORANGE, RED, Colour, coloured, frame_of, outlines
-from ..exhibits import Exhibit, Frame
-from .exhibits_efficiency import magnified
-from .sbvh import Construction, Node, Split
-from .tree import Primitives
+from ....geometry.box import boxes_of, surface_area
+from ....outlines import box_segments
+from ...cells import planes_across
+from ...drawing import BLUE, GREEN, GREY, ORANGE, RED, Colour, coloured, frame_of, outlines
+from ...exhibits import Exhibit, Frame
+from ..sbvh import Construction, Node, Split
+from ..tree import Primitives
+from .efficiency import magnified
 
 if TYPE_CHECKING:
-    from .hierarchy import BVH
+    from ..hierarchy import BVH
 
 MOST_SPLITS = 12
 """Spatial splits with a frame of their own, those nearest to the root."""

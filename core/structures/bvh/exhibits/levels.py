@@ -1,4 +1,4 @@
-"""Exhibits of a finished hierarchy, whoever built it."""
+"""Exhibit "levels": the hierarchy level by level, whoever built it."""
 
 from __future__ import annotations
 
@@ -7,45 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...colours import INNER_COLOUR, depth_colours
-from ...outlines import wires_of
-from ..drawing import counted
-from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
-from .exhibits_efficiency import nodes_not_paying, overlapping_siblings
-from .exhibits_kdop import kdop_levels
-from .exhibits_morton import morton_exhibits
-from .exhibits_parallel_sah import parallel_exhibits
-from .exhibits_ploc import ploc_exhibits
-from .exhibits_rearranging import rearranging_exhibits
-from .exhibits_refit import refit_over_timeline
-from .exhibits_sbvh import spatial_splits
-from .exhibits_split_curve import cost_curve
-from .exhibits_split_plane import split_planes
-from .exhibits_volume import volume_efficiency
+from ....colours import INNER_COLOUR, depth_colours
+from ....outlines import wires_of
+from ...drawing import counted
+from ...exhibits import MOST_SEGMENTS, Exhibit, Frame
 
 if TYPE_CHECKING:
-    from ...outlines import Wires
-    from ..cells import Cells
-    from .hierarchy import BVH
-
-
-def exhibits_of(bvh: BVH) -> list[Exhibit]:
-    """Return what there is to show of a hierarchy and of how it was built."""
-    return [
-        levels(bvh),
-        kdop_levels(bvh),
-        split_planes(bvh),
-        *cost_curve(bvh),
-        *parallel_exhibits(bvh),
-        nodes_not_paying(bvh),
-        overlapping_siblings(bvh),
-        volume_efficiency(bvh),
-        *morton_exhibits(bvh),
-        *ploc_exhibits(bvh),
-        *rearranging_exhibits(bvh),
-        *spatial_splits(bvh),
-        *([refit_over_timeline(bvh)] if bvh.history else []),
-    ]
+    from ....outlines import Wires
+    from ...cells import Cells
+    from ..hierarchy import BVH
 
 
 FAINT = 0.35

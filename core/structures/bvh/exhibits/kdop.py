@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...colours import INNER_COLOUR, ramp
-from ...geometry.kdop import KDOPs
-from ...outlines import wires_of
-from ...progress import SILENT
-from ..cells import Cells
-from ..exhibits import Exhibit, Frame
-from .fit import fit_all
-from .tree import ranges_of
+from ....colours import INNER_COLOUR, ramp
+from ....geometry.kdop import KDOPs
+from ....outlines import wires_of
+from ....progress import SILENT
+from ...cells import Cells
+from ...exhibits import Exhibit, Frame
+from ..fit import fit_all
+from ..tree import ranges_of
 
 if TYPE_CHECKING:
-    from .hierarchy import BVH
+    from ..hierarchy import BVH
 
 LEVELS = 4
 """Levels that the slides show."""

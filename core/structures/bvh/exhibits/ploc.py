@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...colours import ramp
-from ...geometry.box import boxes_of
-from ...outlines import box_segments
-from ...parallel import Team
-from ...progress import SILENT
-from ..drawing import Lines, counted, frame_of
-from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
-from .morton import sort_by_code
-from .ploc import iterations
-from .tree import leaves_only
+from ....colours import ramp
+from ....geometry.box import boxes_of
+from ....outlines import box_segments
+from ....parallel import Team
+from ....progress import SILENT
+from ...drawing import Lines, counted, frame_of
+from ...exhibits import MOST_SEGMENTS, Exhibit, Frame
+from ..morton import sort_by_code
+from ..ploc import iterations
+from ..tree import leaves_only
 
 if TYPE_CHECKING:
-    from .hierarchy import BVH
+    from ..hierarchy import BVH
 
 FAINT = 0.35
 """Opacity of clusters that have not merged in this iteration."""

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...colours import depth_colours
-from ...outlines import box_segments
-from ..drawing import BLUE, ORANGE, RED, Chart, Lines, frame_of
-from ..exhibits import Exhibit, Frame
+from ....colours import depth_colours
+from ....outlines import box_segments
+from ...drawing import BLUE, ORANGE, RED, Chart, Lines, frame_of
+from ...exhibits import Exhibit, Frame
 
 if TYPE_CHECKING:
-    from .hierarchy import BVH
+    from ..hierarchy import BVH
 
 LEVELS = 5
 """Levels that are kept of every frame."""

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...geometry.box import surface_area
-from ...outlines import box_segments
-from ...scene import Scene
-from ..drawing import BLUE, GREEN, GREY, ORANGE, RED, Chart, Colour, Lines, coloured, frame_of
-from ..exhibits import Exhibit, Frame
-from .rearranging import Rearrangement
+from ....geometry.box import surface_area
+from ....outlines import box_segments
+from ....scene import Scene
+from ...drawing import BLUE, GREEN, GREY, ORANGE, RED, Chart, Colour, Lines, coloured, frame_of
+from ...exhibits import Exhibit, Frame
+from ..rearranging import Rearrangement
 
 if TYPE_CHECKING:
-    from .hierarchy import BVH
+    from ..hierarchy import BVH
 
 OUTWARDS = np.array([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
 """Added to a box, moves all its sides outwards."""

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...colours import ramp
-from ...geometry.box import surface_area
-from ...outlines import box_segments, wires_of
-from ...scene import Scene
-from ..cells import Cells
-from ..drawing import BLUE, GREY, ORANGE, RED, Colour, Lines, coloured, frame_of, outlines
-from ..exhibits import Exhibit, Frame
-from .overlap import shared_boxes
-from .tree import ranges_of
+from ....colours import ramp
+from ....geometry.box import surface_area
+from ....outlines import box_segments, wires_of
+from ....scene import Scene
+from ...cells import Cells
+from ...drawing import BLUE, GREY, ORANGE, RED, Colour, Lines, coloured, frame_of, outlines
+from ...exhibits import Exhibit, Frame
+from ..overlap import shared_boxes
+from ..tree import ranges_of
 
 if TYPE_CHECKING:
-    from .hierarchy import BVH
+    from ..hierarchy import BVH
 
 MOST_NODES = 24
 """Nodes with a frame of their own."""

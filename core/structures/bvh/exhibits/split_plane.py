@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...geometry.box import boxes_of
-from ...outlines import box_segments
-from ..cells import planes_across
-from ..drawing import BLUE, GREY, ORANGE, RED, Chart, Lines, coloured, frame_of, outlines
-from ..exhibits import Exhibit, Frame
-from .split_plane import SplitPlane, evaluate_plane, evaluate_planes, halves_of, tight_costs
-from .worked_example import PRINTED, T_TRA, T_TRI, Case, cases_of, is_worked_example
+from ....geometry.box import boxes_of
+from ....outlines import box_segments
+from ...cells import planes_across
+from ...drawing import BLUE, GREY, ORANGE, RED, Chart, Lines, coloured, frame_of, outlines
+from ...exhibits import Exhibit, Frame
+from ..split_plane import SplitPlane, evaluate_plane, evaluate_planes, halves_of, tight_costs
+from ..worked_example import PRINTED, T_TRA, T_TRI, Case, cases_of, is_worked_example
 
 if TYPE_CHECKING:
-    from .hierarchy import BVH
+    from ..hierarchy import BVH
 
 MOST_TRIANGLES = 4000
 """Triangles up to which each is drawn in the colour of its side."""

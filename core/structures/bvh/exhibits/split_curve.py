@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...outlines import box_segments
-from ..cells import planes_across
-from ..drawing import BLUE, GREEN, GREY, RED, Chart, Lines, coloured, frame_of, outlines
-from ..exhibits import Exhibit, Frame
-from .split_curve import SplitCurve, has_curves, split_curve
+from ....outlines import box_segments
+from ...cells import planes_across
+from ...drawing import BLUE, GREEN, GREY, RED, Chart, Lines, coloured, frame_of, outlines
+from ...exhibits import Exhibit, Frame
+from ..split_curve import SplitCurve, has_curves, split_curve
 
 if TYPE_CHECKING:
-    from .hierarchy import BVH
+    from ..hierarchy import BVH
 
 MOST_NODES = 15
 """Nodes that have a frame: the root and those nearest to it."""

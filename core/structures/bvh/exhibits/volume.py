@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...geometry.kinds import KINDS
-from ...geometry.polygons import Polygons
-from ...geometry.rays import Rays
-from ...progress import SILENT
-from ..drawing import BLUE, GREEN, GREY, ORANGE, Lines, coloured, frame_of
-from ..exhibits import Exhibit, Frame
-from ..line_sample import (
+from ....geometry.kinds import KINDS
+from ....geometry.polygons import Polygons
+from ....geometry.rays import Rays
+from ....progress import SILENT
+from ...drawing import BLUE, GREEN, GREY, ORANGE, Lines, coloured, frame_of
+from ...exhibits import Exhibit, Frame
+from ...line_sample import (
     Ball,
     LineSample,
     chords,
@@ -27,10 +27,10 @@ from ..line_sample import (
     random_lines_through,
     sample_of,
 )
-from .fit import fit_all
+from ..fit import fit_all
 
 if TYPE_CHECKING:
-    from .hierarchy import BVH
+    from ..hierarchy import BVH
 
 SPREAD = 1.3
 """Size of the ball that lines are drawn through, in that around the scene's box."""

@@ -13,21 +13,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...colours import ramp
-from ...geometry.box import boxes_of
-from ...kernels import call
-from ...outlines import box_segments
-from ...parallel import Team
-from ...progress import SILENT
-from ..drawing import BLUE, GREY, ORANGE, Chart, Lines, coloured, counted, frame_of
-from ..exhibits import MOST_SEGMENTS, Exhibit, Frame
-from .hlbvh import boxes_around
-from .lbvh import find_cut
-from .morton import codes_of, sort_by_code
-from .radix_sort import DIGIT, passes, split
+from ....colours import ramp
+from ....geometry.box import boxes_of
+from ....kernels import call
+from ....outlines import box_segments
+from ....parallel import Team
+from ....progress import SILENT
+from ...drawing import BLUE, GREY, ORANGE, Chart, Lines, coloured, counted, frame_of
+from ...exhibits import MOST_SEGMENTS, Exhibit, Frame
+from ..hlbvh import boxes_around
+from ..lbvh import find_cut
+from ..morton import codes_of, sort_by_code
+from ..radix_sort import DIGIT, passes, split
 
 if TYPE_CHECKING:
-    from .hierarchy import BVH
+    from ..hierarchy import BVH
 
 MOST_LEVELS = 8
 """Levels of the tree that are shown: the last has up to 128 intervals."""
