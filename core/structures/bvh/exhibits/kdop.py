@@ -11,6 +11,7 @@ from ....geometry.kdop import KDOPs
 from ....outlines import wires_of
 from ....progress import SILENT
 from ...cells import Cells
+from ...drawing import counted
 from ...exhibits import Exhibit, Frame
 from ..fit import fit_all
 from ..tree import ranges_of
@@ -33,7 +34,7 @@ MOST_NODES = 64
 MOST_TRIANGLES = 1000
 """Triangles whose sides stand for the object in each copy."""
 
-FAINT = 0.25
+FAINT = 0.45
 """Opacity of the object."""
 
 
@@ -63,7 +64,7 @@ def kdop_levels(bvh: BVH) -> Exhibit:
             bright = np.column_stack([ramp(owners / max(len(nodes) - 1, 1)), np.ones(len(lines))])
             colours += [faint, bright]
             sums.append((k, float(volumes.areas().sum())))
-        caption = f"Level {level}: {len(nodes)} volumes"
+        caption = f"Level {level}: {counted(len(nodes), 'volume', 'volumes')}"
         if len(nodes) < is_shown.sum():
             caption += f", the largest of {is_shown.sum()}"
         caption += "; surfaces together, in those of the 6-DOPs: "

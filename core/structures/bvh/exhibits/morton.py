@@ -199,7 +199,7 @@ def radix_sort(bvh: BVH) -> Exhibit:
                 f"sorted by the lowest {done} bits, which the colour shows"
             )
         if step > 1:
-            caption += f"; drawn: one of {step}"
+            caption += f"; drawn: one code of {step}"
         chart = chart_below(bvh, len(codes), 2.0**bits)
         place = np.arange(len(codes)) + 0.5
         ends = chart.points(np.tile(place, 2), np.append(np.zeros(len(codes)), codes))
@@ -245,8 +245,8 @@ def radix_2_split(bvh: BVH) -> Exhibit:
         return frame_of(
             parts,
             f"Bit {bit}: {counted(len(now) - ones, 'zero', 'zeros')} (blue) to the left, "
-            f"{counted(ones, 'one', 'ones')} (orange) to the right, otherwise in order; "
-            f"one of {step} codes",
+            f"{counted(ones, 'one', 'ones')} (orange) to the right, otherwise in order"
+            + (f"; drawn: one code of {step}" if step > 1 else ""),
         )
 
     return Exhibit(

@@ -45,7 +45,7 @@ def cost_over_steps(structure: BVH, done: Rearrangement) -> Exhibit:
 
     def frame(number: int) -> Frame:
         size = extent(np.concatenate([scene.lower, scene.upper]))
-        corner = np.array([scene.upper[0] + 0.15 * size, scene.lower[1], scene.lower[2]])
+        corner = np.array([scene.upper[0] + 0.3 * size, scene.lower[1], scene.lower[2]])
         across, upwards = np.array([size, 0.0, 0.0]), np.array([0.0, 0.0, 0.6 * size])
         last = int(ends[number])
         chart = Chart(corner, across, upwards, 0.0, len(costs) - 1.0, 1.1 * costs[0])
