@@ -26,6 +26,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
 """Whether kernels are compiled; the interface says so when they are not."""
 
@@ -132,12 +134,16 @@ def call(function: Callable, *arguments: Any) -> Any:
     TypeError
         For an inner kernel: it has no Python side, and calling it would crash.
     """
+    if not HAS_NUMBA:
+        # As with error_model="numpy": a division by zero is an infinity and no affair.
+        with np.errstate(all="ignore"):
+            return function(*arguments)
     if getattr(function, "targetoptions", {}).get("no_cpython_wrapper"):
         raise TypeError(f"{function.__name__} is an inner kernel: only kernels call it")
     try:
         return function(*arguments)
     except DAMAGED as error:
-        if not HAS_NUMBA or not _raised_while_loading(error):
+        if not _raised_while_loading(error):
             raise
         shutil.rmtree(cache_directory(), ignore_errors=True)
         return function(*arguments)

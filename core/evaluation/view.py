@@ -63,7 +63,8 @@ def camera_around(camera: Camera, points: np.ndarray) -> Camera:
     wide = MARGIN * np.tan(np.radians(camera.fov) / 2)
     high = wide * HEIGHT / WIDTH
     position = standpoint(points @ axes.T, ((wide, wide), (high, high))) @ axes
-    return dataclasses.replace(camera, position=position, target=position + forward)
+    ahead = float(np.abs(position).max()) or 1.0  # a single unit may be nothing beside them
+    return dataclasses.replace(camera, position=position, target=position + ahead * forward)
 
 
 def standpoint(points: np.ndarray, slopes: Slopes) -> np.ndarray:

@@ -176,6 +176,8 @@ def circumscribe(corners, base, a, b, c, row):
         if c < 0:
             wx, wy, wz = nx, ny, nz
         twice = 2.0 * (wx * nx + wy * ny + wz * nz)
+        if twice == 0.0:
+            return np.inf  # all in a line or in a plane
         x = (uu * (vy * wz - vz * wy) + vv * (wy * uz - wz * uy) + ww * nx) / twice
         y = (uu * (vz * wx - vx * wz) + vv * (wz * ux - wx * uz) + ww * ny) / twice
         z = (uu * (vx * wy - vy * wx) + vv * (wx * uy - wy * ux) + ww * nz) / twice
