@@ -15,8 +15,6 @@ from typing import Any
 import numpy as np
 
 from ...geometry.box import Boxes, boxes_of, surface_area
-from ...geometry.kdop import KDOPs
-from ...geometry.rays import ULPS
 from ...geometry.triangle import Triangles, triangles_of
 from ...geometry.volume import MOST_STRIPS
 from ...memory import refuse_if_too_large
@@ -30,13 +28,14 @@ from .collapse import LeafRule, collapse, total_cost
 from .efficiency import Efficiency, hierarchy_efficiency
 from .exhibits import exhibits_of
 from .exhibits.refit import Moment
-from .fit import fit_all, sticking_out
+from .fit import fit_all
 from .optimisers import OPTIMISERS
 from .overlap import sibling_overlap
 from .pieces import pieces_of
 from .rearranging import Rearrangement
 from .settings import BVHSettings
 from .tree import Grouping, Primitives, Splits, Tree, depths_of, linked, ranges_of
+from .validation import violations_of
 from .walk import Binary, VolumeWorkspace
 from .wide import WideTree, widened
 from .wide_walk import WIDE_STACK_SIZE, Wide
@@ -209,40 +208,8 @@ class BVH(Structure):
         return exhibits_of(self)
 
     def validate(self) -> list[str]:
-        """Check that leaves partition the triangles and that volumes contain what is below."""
-        violations = []
-        volumes, first, count = self.arrays.volumes, self.arrays.first, self.arrays.size
-        leaves = np.flatnonzero(count > 0)
-        covered = np.concatenate([np.arange(first[n], first[n] + count[n]) for n in leaves])
-        ids = self.triangles.ids
-        if not np.array_equal(np.sort(covered), np.arange(len(ids))):
-            violations.append("the leaves do not partition the references")
-        if not np.array_equal(np.unique(ids), np.arange(len(self.scene))):
-            violations.append("a triangle is referenced nowhere")
-        inner = np.flatnonzero(count == 0)
-        widths = self.width()
-        width = widths[inner]
-        rank = np.arange(width.sum()) - np.repeat(np.cumsum(width) - width, width)
-        children = np.repeat(first[inner], width) + rank
-        if not np.array_equal(np.sort(children), np.arange(1, len(count))):
-            violations.append("a node has no parent or several")
-        elif isinstance(volumes, Boxes | KDOPs) and (
-            not volumes.contain(np.repeat(inner, width), children).all()
-        ):
-            violations.append("a node does not contain a child")
-        if isinstance(volumes, Boxes) and len(inner) and not violations:
-            boxes, starts = volumes.rows, np.cumsum(width) - width
-            union_low = np.minimum.reduceat(boxes[children, :3], starts)
-            union_high = np.maximum.reduceat(boxes[children, 3:], starts)
-            if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
-                violations.append("a node's box is not the union of its children's")
-        if not violations:
-            outsiders = sticking_out(volumes, *self.referred(*ranges_of(first, count, widths)))
-            if len(outsiders):
-                violations.append(f"triangles stick out of {len(outsiders)} nodes")
-        if self.parts is not None and not covers(self.scene.triangles, ids, self.parts):
-            violations.append("the parts of a triangle do not cover it")
-        return violations
+        """Check that leaves partition the references and that volumes contain what is below."""
+        return violations_of(self)
 
 
 def group(
@@ -276,36 +243,6 @@ def group(
     # A reference that a leaf holds now was number order[i] for the builder.
     parts = None if grouping.parts is None else grouping.parts[order]
     return Grouping(collapsed, grouping.order[order], parts, figures), rearrangement
-
-
-WEIGHTS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4.0
-"""Points of a triangle as weights of its corners: corners, and others evenly between."""
-
-
-def covers(triangles: np.ndarray, ids: np.ndarray, boxes: np.ndarray) -> bool:
-    """Say whether every triangle is inside the boxes of its references.
-
-    With a single reference its box has to contain the whole triangle. With several, every one of
-    the points WEIGHTS has to be in one of the boxes, or as near as rounding allows.
-
-    Parameters
-    ----------
-    triangles : (n, 3, 3) float64
-    ids : (m,) int
-        The triangle of each reference.
-    boxes : (m, 6) float64
-    """
-    own = boxes_of(triangles)[ids]
-    is_inside = (own[:, :3] >= boxes[:, :3]).all(axis=1) & (own[:, 3:] <= boxes[:, 3:]).all(axis=1)
-    is_single = np.bincount(ids, minlength=len(triangles))[ids] == 1
-    several, part = ids[~is_single], boxes[~is_single]
-    slack = ULPS * np.abs(triangles).max(axis=(0, 1))
-    found = np.zeros((len(triangles), len(WEIGHTS)), dtype=bool)
-    for place, weights in enumerate(WEIGHTS):
-        points = np.einsum("k,nkc->nc", weights, triangles[several])
-        inside = (points >= part[:, :3] - slack) & (points <= part[:, 3:] + slack)
-        found[several[inside.all(axis=1)], place] = True
-    return bool(is_inside[is_single].all() and found[several].all())
 
 
 def figures_of_binary(tree: Tree, settings: BVHSettings) -> dict[str, float]:
