@@ -149,7 +149,7 @@ def enclose_boxes(boxes, first, count, out):
 # ----------------------------------------------------------------------------- one node, a subtree
 
 
-@kernel
+@inner
 def settle(rule, tree, splits, node, first, count, axis, place, position, cost):
     """Split a node as proposed or make it a leaf; return the size of its left child or 0.
 
@@ -178,7 +178,7 @@ def settle(rule, tree, splits, node, first, count, axis, place, position, cost):
     return n_left
 
 
-@kernel
+@inner
 def split_node(rule, tree, splits, node, first, count, depth):
     """Fit a node's box, then split it or make it a leaf; return the size of its left child or 0."""
     enclose(rule, first, count)
@@ -196,8 +196,12 @@ def push(stack, height, node, first, count, depth):
 
 
 @kernel
-def build_subtree(rule, tree, splits, node, first, count, depth, stack):
-    """Split a node and everything below it, depth-first."""
+def build_subtree(rule, tree, splits, node, first, count, depth, stack, only_one):
+    """Split a node and everything below it, depth-first, or only itself.
+
+    One kernel for both, since each that Python calls costs compiling. Returns the size of the left
+    child if it is only one, otherwise 0.
+    """
     height = 0
     push(stack, height, node, first, count, depth)
     height += 1
@@ -206,11 +210,14 @@ def build_subtree(rule, tree, splits, node, first, count, depth, stack):
         node, first = stack[height, 0], stack[height, 1]
         count, depth = stack[height, 2], stack[height, 3]
         n_left = split_node(rule, tree, splits, node, first, count, depth)
+        if only_one:
+            return n_left
         if n_left > 0:
             left = np.int64(tree.first[node])
             push(stack, height, left + 1, first + n_left, count - n_left, depth + 1)
             push(stack, height + 1, left, first, n_left, depth + 1)
             height += 2
+    return 0
 
 
 # ------------------------------------------------------------------------------------ all nodes
@@ -258,14 +265,13 @@ def grow(
         """Split a node, or all below it; return the children that are left to do."""
         rule, stack = spare.pop() if spare else (make_rule(), np.empty((STACK_SIZE, 4), np.int64))
         children = []
-        if size <= subtree:
-            call(build_subtree, rule, tree, splits, node, first, size, depth, stack)
-        else:
-            n_left = call(split_node, rule, tree, splits, node, first, size, depth)
+        n_left = call(
+            build_subtree, rule, tree, splits, node, first, size, depth, stack, size > subtree
+        )
+        if n_left:
             left = int(tree.first[node])
-            if n_left:
-                children.append((left, first, n_left, depth + 1))
-                children.append((left + 1, first + n_left, size - n_left, depth + 1))
+            children.append((left, first, n_left, depth + 1))
+            children.append((left + 1, first + n_left, size - n_left, depth + 1))
         spare.append((rule, stack))
         return children
 
