@@ -529,6 +529,7 @@ def test_levels_of_kdops_side_by_side(lab, build):
     for level in range(4):
         frame = exhibit.frame(level)
         assert frame.segments.shape == (len(frame.colours), 2, 3)
-        assert frame.caption.startswith(f"Level {level}: {2**level} volumes")
+        noun = "volume" if level == 0 else "volumes"
+        assert frame.caption.startswith(f"Level {level}: {2**level} {noun};")
     single = build("bvh", lab.small_scene("one"))
     assert next(each for each in single.exhibits() if each.name == "kdop_levels").count == 1
