@@ -76,8 +76,10 @@ def warm_up(structure_type: type[Structure], settings: Any, progress: Progress =
     name = "-".join([structure_type.name, *choices.values()])
     if not is_warm(name):
         progress.announce(f"compiling {structure_type.name}, once after installation")
-    triangle = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
-    tiny = Scene.from_triangles(np.concatenate([triangle, triangle + 1.0]), "warm-up")
+    # Enough of a muddle that even what only improves a poor tree has something to do.
+    random = np.random.default_rng(1)
+    corners = random.random((60, 1, 3)) + 0.05 * random.random((60, 3, 3))
+    tiny = Scene.from_triangles(corners, "warm-up")
     structure = structure_type.build(tiny, structure_type.Settings(**choices))
     ray = Rays.from_arrays(np.zeros((1, 3)), np.ones((1, 3)))
     structure.trace(ray, ALL, threads=1)

@@ -232,9 +232,12 @@ def group(
     if optimise is None:
         return build(primitives, settings, progress), None
     grouping = build(primitives, dataclasses.replace(settings, max_leaf_size=1), progress)
+    progress.report(0, 2, "Choosing leaves")
     tree = linked(grouping.tree)
+    progress.report(1, 2, "Choosing leaves")
     rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
     as_built = collapse(tree, rule)
+    progress.report(2, 2, "Choosing leaves")
     rearrangement = optimise(tree, settings, progress)
     rearranged = collapse(tree, rule)
     pays = total_cost(rearranged[0], rule) <= total_cost(as_built[0], rule)

@@ -55,8 +55,8 @@ MOST_VISITS = 1 << 13
 """Nodes at which a search ends with the best place so far; some hundred are usual. It also bounds
 the stack, however deep the tree is."""
 
-MOVES_AT_ONCE = 1 << 12
-"""Moves in one kernel call, some 10 ms."""
+MOVES_AT_ONCE = 512
+"""Moves in one kernel call. The first are the dearest: 4096 of a million triangles took 0.6 s."""
 
 
 class Search(NamedTuple):
