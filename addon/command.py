@@ -6,6 +6,7 @@ This module imports no ``bpy``; a ``.blend`` brings it in when one is opened.
 from __future__ import annotations
 
 import argparse
+import functools
 import io
 import json
 import os
@@ -17,16 +18,25 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.evaluation.workloads import WORKLOADS, Workload, workload_named
-from ..core.files import load_mesh_file
+from ..core.evaluation.workloads import WORKLOADS
 from ..core.kernels import HAS_NUMBA
-from ..core.progress import SILENT, TerminalProgress
 from ..core.scene import Scene
-from ..core.settings import describe, only_for_in_words, parse, parse_spec, without_effect
-from ..core.structures import structure_named, structures
-from ..core.structures.contract import Structure
-from ..sample_scenes import make_sample, samples
+from ..core.settings import describe, only_for_in_words
+from ..core.structures import structures
+from ..sample_scenes import samples
 from . import command_animate, command_efficiency
+from .command_arguments import (
+    add_output_options,
+    add_threads_option,
+    progress_of,
+    refuse_bad_outputs,
+    refuse_bad_threads,
+    say,
+    scenes_of,
+    structure_specs,
+    workload_specs,
+    write_records,
+)
 
 EXAMPLES = """\
 examples:
@@ -75,12 +85,9 @@ def make_parser() -> argparse.ArgumentParser:
         help="name[:key=value,...], or all")  # fmt: skip
     add("--rays", nargs="+", required=True, metavar="SPEC", action="extend",
         help="camera, random_lines or file, with [:key=value,...]")  # fmt: skip
-    add("--json", metavar="PATH", help="write the records as JSON; - is standard output")
-    add("--csv", metavar="PATH", help="write the records as CSV")
     add("--hits", metavar="PATH.npz", help="write hits and counters of every ray")
-    add("--pictures", metavar="DIR", help="write pictures of the cells over the mesh, and a page")
-    add("--threads", type=int, default=0, metavar="N", help="0, the default, takes every core")
-    add("--quiet", action="store_true", help="print no table and no progress")
+    add_output_options(evaluate, "pictures of the cells over the mesh")
+    add_threads_option(evaluate)
     evaluate.set_defaults(run=evaluate_all)
     command_animate.add_parser(commands)
     command_efficiency.add_parser(commands)
@@ -177,66 +184,6 @@ def list_text() -> str:
 # ------------------------------------------------------------------------------------- evaluate
 
 
-def open_scene(argument: str) -> Scene:
-    """Return the scene that an argument of the command line names.
-
-    Raises
-    ------
-    InputError
-        If there is no such scene, or it cannot be read.
-    """
-    if argument.startswith("sample:"):
-        return make_sample(argument.removeprefix("sample:"))
-    if argument.lower().endswith(".blend"):
-        if not Path(argument).is_file():
-            raise InputError(f"there is no file {argument}")
-        try:
-            import bpy  # noqa: F401
-        except ImportError:
-            raise InputError(
-                f"reading {argument} needs Blender; install it with: "
-                "pip install 'accelscope[blender]'"
-            ) from None
-        from .extraction import load_blend
-
-        return load_blend(argument)
-    return load_mesh_file(argument)
-
-
-def structure_specs(
-    texts: Sequence[str], note: Callable[[str], None]
-) -> list[tuple[type[Structure], Any]]:
-    """Return (structure, settings) for the texts of ``--structure``; ``all`` is every structure.
-
-    Settings that change nothing are noted.
-    """
-    chosen: list[tuple[type[Structure], Any]] = []
-    for text in texts:
-        name, values = parse_spec(text)
-        if name == "all":
-            if values:
-                raise InputError("'all' takes no settings; name the structure they are for")
-            chosen += [(entry, entry.Settings()) for entry in structures().values()]
-            continue
-        entry = structure_named(name)
-        where = f"structure {name}"
-        settings: Any = parse(entry.Settings, values, where)
-        for sentence in without_effect(settings, where):
-            note(sentence)
-        chosen.append((entry, settings))
-    return chosen
-
-
-def workload_specs(texts: Sequence[str]) -> list[tuple[type[Workload], Any]]:
-    """Return (workload, settings) for the texts of ``--rays``."""
-    chosen: list[tuple[type[Workload], Any]] = []
-    for text in texts:
-        name, values = parse_spec(text)
-        entry = workload_named(name)
-        chosen.append((entry, parse(entry.Settings, values, f"rays {name}")))
-    return chosen
-
-
 def evaluate_all(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> None:
     """Run every combination, then write what was asked for.
 
@@ -245,39 +192,24 @@ def evaluate_all(arguments: argparse.Namespace, open_file: Callable[[], Scene] |
     InputError
         For whatever is wrong with the arguments, the scenes or the places to write to.
     """
-
-    def note(text: str) -> None:
-        if not arguments.quiet:
-            print(f"accelscope: {text}", file=sys.stderr)
-
+    note = functools.partial(say, arguments)
     # Everything that can be refused is looked at before the first long computation.
     chosen_structures = structure_specs(arguments.structure, note)
     chosen_workloads = workload_specs(arguments.rays)
     refuse_bad_threads(arguments.threads)
-    if not arguments.scenes and open_file is None:
-        raise InputError("name at least one SCENE: a mesh file, a .blend or sample:NAME")
-    scenes = max(len(arguments.scenes), 1)
-    runs = scenes * len(chosen_structures) * len(chosen_workloads)
+    scenes = scenes_of(arguments.scenes, open_file)
+    runs = len(scenes) * len(chosen_structures) * len(chosen_workloads)
     if arguments.hits and runs != 1:
         raise InputError(
             f"--hits takes one scene, structure and set of rays, not {runs} combinations"
         )
-    outputs = [
-        Path(path)
-        for path in (arguments.json, arguments.csv, arguments.hits)
-        if path not in (None, "-")
-    ]
-    if arguments.pictures:
-        outputs.append(Path(arguments.pictures) / "index.html")
     rays_files = [settings.path for _, settings in chosen_workloads if hasattr(settings, "path")]
-    refuse_to_overwrite([*arguments.scenes, *rays_files], outputs)
-    for path in outputs:
-        refuse_unwritable(path)
+    refuse_bad_outputs(arguments, [*arguments.scenes, *rays_files], [arguments.hits])
 
     from ..core.evaluation.experiment import build, make_record, trace_rays
-    from ..core.evaluation.report import table, to_json_text, write_csv, write_text
+    from ..core.evaluation.report import table
 
-    progress = SILENT if arguments.quiet else TerminalProgress()
+    progress = progress_of(arguments)
     if not HAS_NUMBA:
         note("no Numba here: kernels run as slow plain Python")
     gallery = None
@@ -286,8 +218,8 @@ def evaluate_all(arguments: argparse.Namespace, open_file: Callable[[], Scene] |
 
         gallery = Gallery(Path(arguments.pictures))
     records = []
-    for argument in arguments.scenes or [None]:
-        scene = open_scene(argument) if argument is not None else open_file()  # type: ignore[misc]
+    for open_one in scenes:
+        scene = open_one()
         if scene.dropped:
             note(
                 f"{scene.name}: {scene.dropped} triangles with NaN or infinite vertices are left "
@@ -305,49 +237,9 @@ def evaluate_all(arguments: argparse.Namespace, open_file: Callable[[], Scene] |
                     write_hits(Path(arguments.hits), scene, traced)
             if gallery:
                 gallery.add(built, records[-len(chosen_workloads) :], rays_of)
-    if arguments.json and arguments.json != "-":
-        write_text(arguments.json, to_json_text(records) + "\n")
-    if arguments.csv:
-        write_csv(arguments.csv, records)
     if gallery:
         gallery.write_page()
-    if arguments.json == "-":
-        print(to_json_text(records))
-    elif not arguments.quiet:
-        print(table(records))
-
-
-def refuse_bad_threads(threads: int) -> None:
-    """Raise InputError for a number of threads that makes no sense."""
-    if threads < 0 or threads > 1024:
-        raise InputError(f"--threads must be 0 to 1024, not {threads}")
-
-
-def refuse_to_overwrite(inputs: Sequence[str], outputs: Sequence[Path]) -> None:
-    """Raise InputError if an output is one of the inputs, or two outputs are one file."""
-    taken = {Path(path).expanduser().resolve(): path for path in inputs}
-    for path in outputs:
-        real = path.expanduser().resolve()
-        if real in taken:
-            raise InputError(
-                f"{path} would overwrite {taken[real]}; choose another name for the output"
-            )
-        taken[real] = str(path)
-
-
-def refuse_unwritable(path: Path) -> None:
-    """Raise InputError if a file cannot be written at `path`, before anything is computed."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if path.is_dir():
-            raise IsADirectoryError(21, "it is a folder")
-        existed = path.exists()
-        with path.open("ab"):
-            pass
-        if not existed:
-            path.unlink()
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
+    write_records(arguments, records, table)
 
 
 def write_hits(path: Path, scene: Scene, traced: Any) -> None:

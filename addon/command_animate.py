@@ -7,13 +7,24 @@ files, one each. Like :mod:`.command`, this imports no ``bpy`` before it has to.
 from __future__ import annotations
 
 import argparse
-import sys
+import functools
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from ..core.errors import InputError
-from ..core.progress import SILENT, TerminalProgress
 from ..core.scene import Scene
+from .command_arguments import (
+    add_output_options,
+    add_threads_option,
+    open_scene,
+    progress_of,
+    refuse_bad_outputs,
+    refuse_bad_threads,
+    say,
+    structure_specs,
+    workload_specs,
+    write_records,
+)
 
 EXAMPLES = """\
 examples:
@@ -42,11 +53,8 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="frames of the timeline; by default its own range")  # fmt: skip
     add("--rays", default="random_lines:count=20000", metavar="SPEC",
         help="what is traced in every frame (default: %(default)s)")  # fmt: skip
-    add("--json", metavar="PATH", help="write the records as JSON; - is standard output")
-    add("--csv", metavar="PATH", help="write the records as CSV")
-    add("--pictures", metavar="DIR", help="write curves over the frames, and a page")
-    add("--threads", type=int, default=0, metavar="N", help="0, the default, takes every core")
-    add("--quiet", action="store_true", help="print no table and no progress")
+    add_output_options(parser, "curves over the frames")
+    add_threads_option(parser)
     parser.set_defaults(run=run)
 
 
@@ -58,51 +66,27 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
     InputError
         For whatever is wrong with the arguments, the frames or the places to write to.
     """
-    from .command import (
-        refuse_bad_threads,
-        refuse_to_overwrite,
-        refuse_unwritable,
-        structure_specs,
-        workload_specs,
-    )
-
-    def note(text: str) -> None:
-        if not arguments.quiet:
-            print(f"accelscope: {text}", file=sys.stderr)
-
     if arguments.structure == "all":
         raise InputError("only bvh can be refitted, not all")
-    ((structure, settings),) = structure_specs([arguments.structure], note)
+    ((structure, settings),) = structure_specs(
+        [arguments.structure], functools.partial(say, arguments)
+    )
     if structure.name != "bvh":
         raise InputError(f"only bvh can be refitted, not {arguments.structure}")
     ((workload, workload_settings),) = workload_specs([arguments.rays])
     refuse_bad_threads(arguments.threads)
     numbers = frame_numbers(arguments.frames) if arguments.frames else None
-    outputs = [Path(path) for path in (arguments.json, arguments.csv) if path not in (None, "-")]
-    if arguments.pictures:
-        outputs.append(Path(arguments.pictures) / "index.html")
-    refuse_to_overwrite(arguments.scenes, outputs)
-    for path in outputs:
-        refuse_unwritable(path)
+    refuse_bad_outputs(arguments, arguments.scenes)
 
     from ..core.evaluation.animation import animate, table
     from ..core.evaluation.animation_page import write_page
-    from ..core.evaluation.report import to_json_text, write_csv, write_json
 
-    progress = SILENT if arguments.quiet else TerminalProgress()
+    progress = progress_of(arguments)
     frames = frames_of(arguments.scenes, numbers, open_file is not None)
     found = animate(frames, settings, workload, workload_settings, arguments.threads, progress)
-    if arguments.json and arguments.json != "-":
-        write_json(arguments.json, found.records)
-    if arguments.csv:
-        write_csv(arguments.csv, found.records)
     if arguments.pictures:
         write_page(Path(arguments.pictures), found)
-    if arguments.json == "-":
-        print(to_json_text(found.records))
-    elif not arguments.quiet:
-        print(table(found.records))
-    sys.stdout.flush()
+    write_records(arguments, found.records, table)
 
 
 def frame_numbers(text: str) -> range:
@@ -135,8 +119,6 @@ def frames_of(
     InputError
         If there is none, or it cannot be read.
     """
-    from .command import open_scene
-
     is_blend = len(scenes) == 1 and scenes[0].lower().endswith(".blend")
     if not scenes and not in_blender:
         raise InputError("name a .blend, or mesh files, one per frame")

@@ -6,13 +6,20 @@ Like :mod:`.command`, this imports no ``bpy``; a ``.blend`` brings it in.
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..core.errors import InputError
-from ..core.progress import SILENT, TerminalProgress
+from ..core.evaluation.efficiency_settings import EfficiencySettings
 from ..core.scene import Scene
+from ..core.settings import describe, parse
+from .command_arguments import (
+    add_output_options,
+    progress_of,
+    refuse_bad_outputs,
+    scenes_of,
+    write_records,
+)
 
 EXAMPLES = """\
 examples:
@@ -20,12 +27,6 @@ examples:
   accelscope efficiency sample:suzanne --volume aabb kdop14 --pictures suzanne
   accelscope efficiency scene.blend --spread 3 --direction 1x1x0 --json -
 """
-
-NUMBERS = {
-    "lines": "how many random lines, and how many along each direction",
-    "seed": "another seed gives other lines",
-    "spread": "size of the ball that lines go through, in that around the object's box",
-}
 
 
 def add_parser(commands: argparse._SubParsersAction) -> None:
@@ -45,12 +46,9 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="kinds of volumes; simple, the default, is all but combined ones")  # fmt: skip
     add("--direction", nargs="+", default=[], metavar="XxYxZ",
         help="view directions for projected areas, instead of x, y and z")  # fmt: skip
-    for key, text in NUMBERS.items():
-        add(f"--{key}", metavar="N", help=text)
-    add("--json", metavar="PATH", help="write the records as JSON; - is standard output")
-    add("--csv", metavar="PATH", help="write the records as CSV")
-    add("--pictures", metavar="DIR", help="write pictures of the lines, and a page")
-    add("--quiet", action="store_true", help="print no table and no progress")
+    for entry in describe(EfficiencySettings):
+        add(f"--{entry['key']}", metavar="N", help=entry["description"])
+    add_output_options(parser, "pictures of the lines")
     parser.set_defaults(run=run)
 
 
@@ -62,39 +60,23 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
     InputError
         For whatever is wrong with the arguments, the scene or the places to write to.
     """
-    from ..core.evaluation.efficiency import EfficiencySettings, efficiency_of, table
+    from ..core.evaluation.efficiency import efficiency_of, table
     from ..core.evaluation.efficiency_page import write_page
-    from ..core.evaluation.report import to_json_text, write_csv, write_json
-    from ..core.settings import parse
-    from .command import open_scene, refuse_to_overwrite, refuse_unwritable
 
     kinds = volume_kinds(arguments.volume)
     directions = {text: direction_of(text) for text in arguments.direction} or None
-    texts = {key: value for key in NUMBERS if (value := getattr(arguments, key)) is not None}
+    keys = [entry["key"] for entry in describe(EfficiencySettings)]
+    texts = {key: text for key in keys if (text := getattr(arguments, key)) is not None}
     settings = parse(EfficiencySettings, texts, "efficiency")
-    if arguments.scene is None and open_file is None:
-        raise InputError("name a SCENE: a mesh file, a .blend or sample:NAME")
-    outputs = [Path(path) for path in (arguments.json, arguments.csv) if path not in (None, "-")]
-    if arguments.pictures:
-        outputs.append(Path(arguments.pictures) / "index.html")
-    refuse_to_overwrite([arguments.scene] if arguments.scene else [], outputs)
-    for path in outputs:
-        refuse_unwritable(path)
+    named = [arguments.scene] if arguments.scene else []
+    (open_one,) = scenes_of(named, open_file)
+    refuse_bad_outputs(arguments, named)
 
-    scene = open_scene(arguments.scene) if arguments.scene else open_file()  # type: ignore[misc]
-    progress = SILENT if arguments.quiet else TerminalProgress()
-    records = efficiency_of(scene, kinds, settings, directions, progress)
-    if arguments.json and arguments.json != "-":
-        write_json(arguments.json, records)
-    if arguments.csv:
-        write_csv(arguments.csv, records)
+    scene = open_one()
+    records = efficiency_of(scene, kinds, settings, directions, progress_of(arguments))
     if arguments.pictures:
         write_page(Path(arguments.pictures), scene, records)
-    if arguments.json == "-":
-        print(to_json_text(records))
-    elif not arguments.quiet:
-        print(table(records))
-    sys.stdout.flush()
+    write_records(arguments, records, table)
 
 
 def volume_kinds(names: Sequence[str]) -> list[str]:

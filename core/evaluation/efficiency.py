@@ -18,7 +18,6 @@ the share is a ratio of projected areas.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,7 @@ from ..geometry.triangle import triangles_of
 from ..kernels import is_warm, mark_warm
 from ..progress import SILENT, Progress
 from ..scene import Scene
-from ..settings import setting, to_json
+from ..settings import to_json
 from ..structures.bvh import BVH
 from ..structures.bvh.fit import fit_all
 from ..structures.line_sample import (
@@ -39,30 +38,14 @@ from ..structures.line_sample import (
     random_lines_through,
     sample_of,
 )
+from .efficiency_settings import EfficiencySettings
 from .report import Record, aligned, show_number
 from .timing import time_of_object, time_of_volume
 
 DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-@dataclass(frozen=True)
-class EfficiencySettings:
-    """What efficiency is measured with."""
-
-    lines: int = setting(
-        100_000, "Lines", "Lines of each sample", unit="lines", minimum=100, maximum=10_000_000
-    )
-    seed: int = setting(1, "Seed", "Start of the random numbers", minimum=0)
-    spread: float = setting(
-        2.0,
-        "Spread",
-        "Size of the ball that lines are drawn through; 1 is the one around the object's box",
-        minimum=1.0,
-        maximum=1000.0,
-    )
-
-
-def verdict(B: float, I: float, p: float) -> dict[str, Any]:  # noqa: E741
+def verdict(B: float, I: float, p: float) -> dict[str, Any]:  # noqa: E741  the lecture's I
     """Return the lecture's inequality B + p I < I with what follows from it.
 
     Parameters
@@ -118,7 +101,7 @@ def efficiency_of(
     }
     hull = hull_area(scene.triangles.reshape(-1, 3))
     progress.report(0, len(kinds), "Timing the object")
-    I = time_of_object(triangles, rays.arrays())  # noqa: E741
+    I = time_of_object(triangles, rays.arrays())  # noqa: E741  the lecture's I
     records = []
     for number, kind in enumerate(kinds):
         progress.report(number, len(kinds), f"Measuring {kind}")

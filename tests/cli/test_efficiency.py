@@ -36,6 +36,6 @@ def test_refusals(refused, obj, tmp_path):
     assert "three numbers" in refused("efficiency", mesh, "--direction", "up")
     assert "lines must be at least 100" in refused("efficiency", mesh, "--lines", 1)
     assert "spread takes a number" in refused("efficiency", mesh, "--spread", "wide")
-    assert "name a SCENE" in refused("efficiency")
+    assert "name at least one SCENE" in refused("efficiency")
     assert "overwrite" in refused("efficiency", mesh, "--csv", mesh)
     assert "no file" in refused("efficiency", tmp_path / "none.obj")
