@@ -56,7 +56,7 @@ def open_scene(argument: str) -> Scene:
         if not Path(argument).is_file():
             raise InputError(f"there is no file {argument}")
         try:
-            import bpy  # noqa: F401
+            import bpy  # noqa: F401  only to see whether it is there
         except ImportError:
             raise InputError(
                 f"reading {argument} needs Blender; install it with: "

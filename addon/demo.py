@@ -46,7 +46,7 @@ def main() -> int:
 
     from .command import main as command
 
-    print("Evaluating them with every structure (a minute or two)", flush=True)
+    print("Evaluating them with every structure (two or three minutes)", flush=True)
     code = command(
         ["evaluate", *paths, "--structure", "all", "--rays", *RAYS,
          "--json", str(output / "records.json"), "--csv", str(output / "records.csv"),

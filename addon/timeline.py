@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import queue
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 
 import bpy
 
@@ -24,7 +24,7 @@ def frame_range(scene: bpy.types.Scene) -> range:
 
 def frames(
     context: bpy.types.Context, scope: str, numbers: Iterable[int]
-) -> Iterator[tuple[int, Scene]]:
+) -> Generator[tuple[int, Scene]]:
     """Yield number and scene of frames, then go back to the frame that was shown before.
 
     Parameters
@@ -110,5 +110,5 @@ class Frames:
 
     def restore(self) -> None:
         """Show the frame again that was shown before; in the main thread."""
-        self._frames.close()  # type: ignore[attr-defined]
+        self._frames.close()
         self.shown.restore()

@@ -68,6 +68,22 @@ def area_of(box):
 
 
 @inner
+def clear(box):
+    """Make a box, (6,), contain nothing."""
+    for side in range(3):
+        box[side], box[3 + side] = np.inf, -np.inf
+
+
+@inner
+def include(box, other):
+    """Enlarge a box so that it contains another one, (6,) each."""
+    for side in range(3):
+        low, high = other[side], other[3 + side]
+        box[side] = low if low < box[side] else box[side]
+        box[3 + side] = high if high > box[3 + side] else box[3 + side]
+
+
+@inner
 def union_area(a, b):
     """Return the surface area of the box around two boxes, (6,) each; for kernels."""
     x = (a[3] if a[3] > b[3] else b[3]) - (a[0] if a[0] < b[0] else b[0])

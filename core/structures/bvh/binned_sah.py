@@ -14,19 +14,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import area_of
+from ...geometry.box import area_of, clear, include
 from ...kernels import implements, inner
 from ...progress import Progress
 from .top_down import (
     Limits,
     axis_at,
     choose,
-    clear,
     divide,
     enclose,
     enclose_boxes,
     grow,
-    include,
     limits_of,
     note,
 )

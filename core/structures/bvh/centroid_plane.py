@@ -7,11 +7,19 @@ both sides of a box is.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
-from ...geometry.box import area_of
+from ...geometry.box import area_of, clear, include
 from ...kernels import inner
-from .top_down import axis_at, clear, include
+from ...progress import Progress
+from .top_down import axis_at, grow, limits_of
+from .tree import Grouping, Primitives
+
+if TYPE_CHECKING:
+    from .settings import BVHSettings
 
 EVERY = np.int64(1 << 31)
 """As `last`: whatever lies in the plane goes left."""
@@ -88,3 +96,23 @@ def axis_to_divide(limits, centroids, depth):
             if limits.in_turn:
                 break
     return best
+
+
+def group_by(
+    rule: Callable[..., Any], primitives: Primitives, settings: BVHSettings, progress: Progress
+) -> Grouping:
+    """Build a tree by a rule that has nothing but limits, bounds, sides, boxes and order.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    limits, boxes = limits_of(settings), primitives.boxes
+    order = np.arange(len(boxes), dtype=np.int32)
+
+    def make_rule() -> Any:
+        return rule(limits, np.empty((2, 6)), np.empty((2, 6)), boxes, order)
+
+    tree, splits = grow(make_rule, len(order), progress)
+    return Grouping(tree, order, splits=splits)

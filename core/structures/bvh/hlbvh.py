@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import area_of
+from ...geometry.box import area_of, clear, include
 from ...kernels import call, inner, kernel
 from ...parallel import Team
 from ...progress import Progress
@@ -46,22 +46,6 @@ def make_bins(bins: int) -> Bins:
 
 
 @inner
-def empty(box):
-    """Make a box, (6,), contain nothing."""
-    for axis in range(3):
-        box[axis], box[3 + axis] = np.inf, -np.inf
-
-
-@inner
-def grow(box, other):
-    """Make a box contain another one, (6,) each."""
-    for axis in range(3):
-        a, b = other[axis], other[3 + axis]
-        box[axis] = a if a < box[axis] else box[axis]
-        box[3 + axis] = b if b > box[3 + axis] else box[3 + axis]
-
-
-@inner
 def bin_of(box, axis, low, scale):
     """Return the bin of a treelet by the centre of its box, alike for counting and dividing."""
     return int((box[axis] + box[3 + axis] - low) * scale)
@@ -88,25 +72,25 @@ def find_best(boxes, number, first, last, bins):
         if scale == np.inf:
             continue
         for b in range(n_bins):
-            empty(bins.boxes[b])
+            clear(bins.boxes[b])
             bins.counts[b] = 0
         for i in range(first, last):
             box = boxes[number[i]]
             b = bin_of(box, axis, low, scale)
-            grow(bins.boxes[b], box)
+            include(bins.boxes[b], box)
             bins.counts[b] += 1
         # From the right: costs[b] is SA N of bin b and everything behind.
-        empty(swept)
+        clear(swept)
         count = 0
         for b in range(n_bins - 1, 0, -1):
-            grow(swept, bins.boxes[b])
+            include(swept, bins.boxes[b])
             count += bins.counts[b]
             bins.costs[b] = count * area_of(swept) if count > 0 else np.inf
         # From the left, with the other side at hand. The first bin is never empty.
-        empty(swept)
+        clear(swept)
         count = 0
         for b in range(n_bins - 1):
-            grow(swept, bins.boxes[b])
+            include(swept, bins.boxes[b])
             count += bins.counts[b]
             cost = count * area_of(swept) + bins.costs[b + 1]
             if cost < least:

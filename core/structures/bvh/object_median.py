@@ -16,8 +16,8 @@ import numpy as np
 
 from ...kernels import implements, kernel
 from ...progress import Progress
-from .centroid_plane import axis_to_divide, cost_of_plane, goes_left, swap
-from .top_down import Limits, choose, divide, enclose, enclose_boxes, grow, limits_of
+from .centroid_plane import axis_to_divide, cost_of_plane, goes_left, group_by, swap
+from .top_down import Limits, choose, divide, enclose, enclose_boxes
 from .tree import Grouping, Primitives
 
 if TYPE_CHECKING:
@@ -106,11 +106,4 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     Cancelled
         From `progress`.
     """
-    limits, boxes = limits_of(settings), primitives.boxes
-    order = np.arange(len(boxes), dtype=np.int32)
-
-    def make_rule() -> Selection:
-        return Selection(limits, np.empty((2, 6)), np.empty((2, 6)), boxes, order)
-
-    tree, splits = grow(make_rule, len(order), progress)
-    return Grouping(tree, order, splits=splits)
+    return group_by(Selection, primitives, settings, progress)

@@ -14,8 +14,8 @@ import numpy as np
 
 from ...kernels import implements
 from ...progress import Progress
-from .centroid_plane import EVERY, axis_to_divide, cost_of_plane, divide_by_plane
-from .top_down import Limits, choose, divide, enclose, enclose_boxes, grow, limits_of
+from .centroid_plane import EVERY, axis_to_divide, cost_of_plane, divide_by_plane, group_by
+from .top_down import Limits, choose, divide, enclose, enclose_boxes
 from .tree import Grouping, Primitives
 
 if TYPE_CHECKING:
@@ -74,11 +74,4 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     Cancelled
         From `progress`.
     """
-    limits, boxes = limits_of(settings), primitives.boxes
-    order = np.arange(len(boxes), dtype=np.int32)
-
-    def make_rule() -> Halving:
-        return Halving(limits, np.empty((2, 6)), np.empty((2, 6)), boxes, order)
-
-    tree, splits = grow(make_rule, len(order), progress)
-    return Grouping(tree, order, splits=splits)
+    return group_by(Halving, primitives, settings, progress)

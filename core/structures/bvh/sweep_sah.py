@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import area_of
+from ...geometry.box import area_of, clear, include
 from ...kernels import implements, inner
 from ...parallel import core_count
 from ...progress import Progress
@@ -29,11 +29,9 @@ from .top_down import (
     Limits,
     axis_at,
     choose,
-    clear,
     divide,
     enclose,
     grow,
-    include,
     limits_of,
     note,
 )

@@ -101,22 +101,6 @@ def divide(rule, first, count, axis, place, position):
 
 
 @inner
-def clear(box):
-    """Make a box empty."""
-    for side in range(3):
-        box[side], box[3 + side] = np.inf, -np.inf
-
-
-@inner
-def include(box, other):
-    """Enlarge a box so that it contains another one."""
-    for side in range(3):
-        low, high = other[side], other[3 + side]
-        box[side] = low if low < box[side] else box[side]
-        box[3 + side] = high if high > box[3 + side] else box[3 + side]
-
-
-@inner
 def axis_at(limits, depth, turn):
     """Return which axis is looked at as number `turn`; those in turn stop at the first that can."""
     return (depth + turn) % 3 if limits.in_turn else turn

@@ -13,7 +13,7 @@ import numpy as np
 from ...geometry.rays import ALL, ANY
 from ...geometry.triangle import intersect
 from ...geometry.volume import MISS, enter, prepare
-from ...kernels import implements
+from ...kernels import implements, inlined
 from ..contract import Found, walk
 from ..steps import HIT, NONE, SKIP, TEST, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
 
@@ -51,6 +51,19 @@ class VolumeWorkspace(NamedTuple):
     cells: np.ndarray
     enters: np.ndarray
     strips: np.ndarray
+
+
+@inlined
+def test_leaf(triangles, first, size, node, ray, log, best_t, best):
+    """Test the triangles of a leaf; return the nearest hit so far."""
+    for i in range(first, first + size):
+        hit_t = intersect(triangles, i, ray)
+        n = np.int64(triangles.ids[i])
+        note(log, TEST, node, n, hit_t, hit_t)
+        if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
+            best_t, best = hit_t, n
+            note(log, HIT, node, n, hit_t, hit_t)
+    return best_t, best
 
 
 ROOT, ONE = np.uint64(0), np.uint64(1)
@@ -96,18 +109,12 @@ def walk_binary(structure, triangles, ray, number, workspace, log):
         else:
             leaves_visited += 1
             note(log, VISIT_LEAF, node, NONE, t, limit)
-            for i in range(firsts[node], firsts[node] + size):
-                hit_t = intersect(triangles, i, ray)
-                tests += 1
-                n = np.int64(triangles.ids[i])
-                note(log, TEST, node, n, hit_t, hit_t)
-                if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
-                    best_t, best = hit_t, n
-                    note(log, HIT, node, n, hit_t, hit_t)
-                    if ray.query != ALL:
-                        limit = hit_t
+            tests += size
+            best_t, best = test_leaf(triangles, firsts[node], size, node, ray, log, best_t, best)
             if ray.query == ANY and best >= 0:
                 break
+            if ray.query != ALL and best >= 0:
+                limit = best_t
         # Back to the last node put aside that a nearer hit has not made useless.
         searching = False
         while height > 0 and not searching:

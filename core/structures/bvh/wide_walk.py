@@ -11,12 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...geometry.rays import ALL, ANY
-from ...geometry.triangle import intersect
 from ...geometry.volume import MISS, enter, prepare
 from ...kernels import implements
 from ..contract import MAXIMUM_DEPTH, Found, walk
-from ..steps import HIT, NONE, SKIP, TEST, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
-from .walk import ONE, ROOT
+from ..steps import NONE, SKIP, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
+from .walk import ONE, ROOT, test_leaf
 from .wide import WIDEST
 
 WIDE_STACK_SIZE = (WIDEST - 1) * MAXIMUM_DEPTH + WIDEST
@@ -89,17 +88,13 @@ def walk_wide(structure, triangles, ray, number, workspace, log):
         else:
             leaves_visited += 1
             note(log, VISIT_LEAF, node, NONE, t, limit)
-            for i in range(firsts[node], firsts[node] + sizes[node]):
-                hit_t = intersect(triangles, i, ray)
-                tests += 1
-                n = np.int64(triangles.ids[i])
-                note(log, TEST, node, n, hit_t, hit_t)
-                if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
-                    best_t, best = hit_t, n
-                    note(log, HIT, node, n, hit_t, hit_t)
-                    if ray.query != ALL:
-                        limit = hit_t
+            tests += sizes[node]
+            best_t, best = test_leaf(
+                triangles, firsts[node], sizes[node], node, ray, log, best_t, best
+            )
             if ray.query == ANY and best >= 0:
                 break
+            if ray.query != ALL and best >= 0:
+                limit = best_t
 
     return Found(best_t, best, nodes_visited, leaves_visited, 0, tests, volume_tests, 0, 0, 0)
