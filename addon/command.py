@@ -225,6 +225,8 @@ def evaluate_all(arguments: argparse.Namespace, open_file: Callable[[], Scene] |
                 f"{scene.name}: {scene.dropped} triangles with NaN or infinite vertices are left "
                 "out"
             )
+        for sentence in scene.notes:
+            note(f"{scene.name}: {sentence}")
         rays_of = [workload.make(scene, settings) for workload, settings in chosen_workloads]
         for structure_type, settings in chosen_structures:
             built = build(scene, structure_type, settings, progress)

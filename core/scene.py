@@ -53,6 +53,9 @@ class Scene:
         The scene's own camera, if it has one.
     lights : (m, 3) float64
         Positions of point lights.
+    notes : tuple of str
+        What the source has and was not read, or was read otherwise than it says; one sentence each,
+        without a full stop. They are said once and stand in the record.
     """
 
     name: str
@@ -66,6 +69,7 @@ class Scene:
     upper: np.ndarray
     camera: Camera | None = None
     lights: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def from_triangles(
@@ -78,6 +82,7 @@ class Scene:
         object_names: tuple[str, ...] = (),
         camera: Camera | None = None,
         lights: np.ndarray | None = None,
+        notes: tuple[str, ...] = (),
     ) -> Scene:
         """Check, clean and wrap triangles.
 
@@ -116,6 +121,7 @@ class Scene:
         return cls(
             name, source or name, triangles, kept, dropped, object_ids, tuple(object_names),
             lower, upper, camera, np.zeros((0, 3)) if lights is None else np.asarray(lights, float),
+            tuple(notes),
         )  # fmt: skip
 
     def __len__(self) -> int:

@@ -131,6 +131,7 @@ def make_record(built: Built, traced: Traced | None) -> dict[str, Any]:
             "triangles": len(scene),
             "dropped_triangles": scene.dropped,
             "bounds": [scene.lower.tolist(), scene.upper.tolist()],
+            "notes": list(scene.notes),
         },
         "structure": {"name": structure.name, "settings": to_json(structure.settings)},
         "build": {"seconds": built.seconds, "bytes": structure.memory()},
