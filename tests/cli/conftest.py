@@ -1,10 +1,7 @@
-"""The command line, called in this process, and small files to call it with."""
-
-import json
+"""Kernels compiled before the first call, and small files to call the command line with."""
 
 import numpy as np
 import pytest
-from accelscope.addon.command import main
 from accelscope.core.evaluation.experiment import warm_up
 from accelscope.core.structures import structures
 
@@ -14,61 +11,6 @@ def compiled():
     """Compile all kernels first: the command announces that once, on stderr."""
     for structure in structures().values():
         warm_up(structure, structure.Settings())
-
-
-class Outcome:
-    """What a call of the command line left behind."""
-
-    def __init__(self, code, out, err):
-        self.code, self.out, self.err = code, out, err
-
-    @property
-    def records(self):
-        return json.loads(self.out)["records"]
-
-
-@pytest.fixture
-def run(capsys):
-    """Call the command line with arguments; exceptions pass through, as they are defects."""
-
-    def call(*arguments):
-        capsys.readouterr()
-        code = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return Outcome(code, captured.out, captured.err)
-
-    return call
-
-
-@pytest.fixture
-def evaluate(run):
-    """Evaluate and return the records, which must succeed without a word on stderr."""
-
-    def call(*arguments):
-        outcome = run("evaluate", *arguments, "--json", "-", "--quiet")
-        assert (outcome.code, outcome.err) == (0, "")
-        return outcome.records
-
-    return call
-
-
-@pytest.fixture
-def refused(run):
-    """Assert that the command line refuses with one clear line, and return that line."""
-
-    def call(*arguments):
-        outcome = run(*arguments)
-        assert outcome.code == 2
-        assert outcome.out == ""
-        assert outcome.err.endswith("\n")
-        lines = outcome.err.splitlines()
-        assert len(lines) == 1, outcome.err
-        assert "error: " in lines[0]
-        assert "Traceback" not in lines[0]
-        assert len(lines[0]) < 500
-        return lines[0]
-
-    return call
 
 
 TRIANGLES = np.array(

@@ -1,0 +1,123 @@
+"""What tests of every floor use: the command line called in this process, and Blender."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from accelscope.addon.command import main
+
+CASES = Path(__file__).parent / "repro" / "cases"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark every test that uses the add-on: it needs Blender."""
+    for item in items:
+        if "addon" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.bpy)
+
+
+@pytest.fixture
+def cases() -> Path:
+    """The folder of small inputs, each of a kind that was read or answered wrongly once."""
+    return CASES
+
+
+# ------------------------------------------------------------------------------- the command line
+
+
+class Outcome:
+    """What a call of the command line left behind."""
+
+    def __init__(self, code, out, err):
+        self.code, self.out, self.err = code, out, err
+
+    @property
+    def records(self):
+        return json.loads(self.out)["records"]
+
+
+@pytest.fixture
+def run(capsys):
+    """Call the command line with arguments; exceptions pass through, as they are defects."""
+
+    def call(*arguments):
+        capsys.readouterr()
+        code = main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return Outcome(code, captured.out, captured.err)
+
+    return call
+
+
+@pytest.fixture
+def evaluate(run):
+    """Evaluate and return the records, which must succeed without a word on stderr."""
+
+    def call(*arguments):
+        outcome = run("evaluate", *arguments, "--json", "-", "--quiet")
+        assert (outcome.code, outcome.err) == (0, "")
+        return outcome.records
+
+    return call
+
+
+@pytest.fixture
+def refused(run):
+    """Assert that the command line refuses with one clear line, and return that line."""
+
+    def call(*arguments):
+        outcome = run(*arguments)
+        assert outcome.code == 2
+        assert outcome.out == ""
+        assert outcome.err.endswith("\n")
+        lines = outcome.err.splitlines()
+        assert len(lines) == 1, outcome.err
+        assert "error: " in lines[0]
+        assert "Traceback" not in lines[0]
+        assert len(lines[0]) < 500
+        return lines[0]
+
+    return call
+
+
+# ---------------------------------------------------------------------------------------- Blender
+
+
+@pytest.fixture(scope="session")
+def addon() -> Iterator[Any]:
+    """The registered add-on."""
+    import accelscope
+
+    accelscope.register()
+    yield accelscope
+    # A handler that is left when Python exits hangs Blender 4.5.
+    accelscope.unregister()
+
+
+@pytest.fixture
+def bpy(addon: Any) -> Iterator[Any]:
+    """Blender with an empty file."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    yield bpy
+    if bpy.ops.accelscope.clear.poll():
+        bpy.ops.accelscope.clear()
+
+
+@pytest.fixture
+def root(bpy: Any) -> Any:
+    """The settings of the scene."""
+    return bpy.context.scene.accelscope
+
+
+@pytest.fixture
+def current(bpy: Any) -> Any:
+    """The session."""
+    from accelscope.addon import session
+
+    return session.current
