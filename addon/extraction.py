@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import hashlib
 import os
 import sys
 from collections.abc import Iterator
@@ -23,6 +22,7 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.memory import refuse_if_too_large
 from ..core.scene import Camera, Scene
+from .fingerprint import hash_of
 
 VISIBLE = "visible"
 SELECTED = "selected"
@@ -50,7 +50,7 @@ class LocalMesh(NamedTuple):
     corners : (n, 3) int32
         Vertex indices of the triangles.
     digest : bytes
-        Hash of both.
+        See :func:`.fingerprint.hash_of`.
     """
 
     positions: np.ndarray
@@ -68,11 +68,13 @@ class Part:
     matrix: np.ndarray  # (4, 4) float64, to world space
 
 
-class Digest(NamedTuple):
-    """What an object looked like: its name, and a hash of its geometry and place."""
+class Found(NamedTuple):
+    """What Blender lists of a mesh in scope; `obj` only until it lists the next one."""
 
+    key: Key
     name: str
-    value: bytes
+    obj: bpy.types.Object
+    matrix: np.ndarray  # (4, 4) float64, to world space
 
 
 # ----------------------------------------------------------------------------- reading Blender
@@ -90,9 +92,26 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
     InputError
         When there is none with faces.
     """
-    view_layer = depsgraph.view_layer
     parts = []
     known: dict[int, LocalMesh] = {}
+    for found in meshes_in_scope(depsgraph, scope):
+        address = found.obj.data.as_pointer()
+        if address not in known:
+            known[address] = _read_mesh(found.obj)
+        if len(known[address].corners):
+            parts.append(Part(found.key, found.name, known[address], found.matrix))
+    if not parts:
+        if scope == SELECTED:
+            raise InputError(
+                "no mesh with faces is selected; select one, or set the scope to Visible"
+            )
+        raise InputError("no mesh with faces is visible; add or unhide one")
+    return parts
+
+
+def meshes_in_scope(depsgraph: bpy.types.Depsgraph, scope: str) -> Iterator[Found]:
+    """Yield every mesh in scope, evaluated, those without faces too."""
+    view_layer = depsgraph.view_layer
     for instance in depsgraph.object_instances:
         obj = instance.object
         # Instances come and go during the iteration: nothing of them is kept but copies.
@@ -101,24 +120,12 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
         source = instance.parent if instance.is_instance else obj
         if scope == SELECTED and not source.original.select_get(view_layer=view_layer):
             continue
-        address = obj.data.as_pointer()
-        if address not in known:
-            known[address] = _read_mesh(obj)
-        if not len(known[address].corners):
-            continue
         original, owner = obj.original, source.original
         itself = original == owner
         key = (0 if itself else owner.session_uid, original.session_uid)
         name = original.name if itself else f"{owner.name}/{original.name}"
         matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
-        parts.append(Part(key, name, known[address], matrix))
-    if not parts:
-        if scope == SELECTED:
-            raise InputError(
-                "no mesh with faces is selected; select one, or set the scope to Visible"
-            )
-        raise InputError("no mesh with faces is visible; add or unhide one")
-    return parts
+        yield Found(key, name, obj, matrix)
 
 
 def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
@@ -131,29 +138,9 @@ def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
         mesh.vertices.foreach_get("co", positions.ravel())
         corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
         mesh.loop_triangles.foreach_get("vertices", corners.ravel())
+        return LocalMesh(positions, corners, hash_of(mesh))
     finally:
         obj.to_mesh_clear()
-    digest = hashlib.blake2b(positions, digest_size=16)
-    digest.update(corners)
-    return LocalMesh(positions, corners, digest.digest())
-
-
-def fingerprint(parts: list[Part]) -> dict[Key, Digest]:
-    """Return what every object looks like, to find out later whether it has changed."""
-    hashes = {}
-    names = {}
-    for part in parts:
-        if part.key not in hashes:
-            hashes[part.key] = hashlib.blake2b(digest_size=16)
-            names[part.key] = part.name
-        hashes[part.key].update(part.mesh.digest)
-        hashes[part.key].update(part.matrix)
-    return {key: Digest(names[key], value.digest()) for key, value in hashes.items()}
-
-
-def members(view_layer: bpy.types.ViewLayer, scope: str) -> frozenset[int]:
-    """Return the session ids of the objects in scope that may have geometry; cheap."""
-    return frozenset(obj.session_uid for obj in _objects_in_scope(view_layer, scope))
 
 
 def has_members(view_layer: bpy.types.ViewLayer, scope: str) -> bool:
@@ -161,10 +148,14 @@ def has_members(view_layer: bpy.types.ViewLayer, scope: str) -> bool:
     return next(_objects_in_scope(view_layer, scope), None) is not None
 
 
+def may_have_geometry(obj: bpy.types.Object) -> bool:
+    """Say whether an object may evaluate to meshes, or instance something that does."""
+    return obj.type in GEOMETRY_TYPES or obj.instance_type != "NONE"
+
+
 def _objects_in_scope(view_layer: bpy.types.ViewLayer, scope: str) -> Iterator[bpy.types.Object]:
     for obj in view_layer.objects:
-        may_have = obj.type in GEOMETRY_TYPES or obj.instance_type != "NONE"
-        if not may_have or not obj.visible_get(view_layer=view_layer):
+        if not may_have_geometry(obj) or not obj.visible_get(view_layer=view_layer):
             continue
         if scope == VISIBLE or obj.select_get(view_layer=view_layer):
             yield obj

@@ -3,13 +3,20 @@
 The thread runs ``core`` only and never touches ``bpy``; kernels release Python's lock, so Blender
 goes on drawing. One job at a time. In background mode, and when a script calls the operator, the
 same work runs in the caller's thread.
+
+Whatever goes wrong, in the thread or in Blender's, the job ends: its timer is removed, one line
+says what has happened, and the buttons work again. An exception that is not meant for the user
+(every other than InputError) leaves its traceback on standard error as well.
 """
 
 from __future__ import annotations
 
+import contextlib
+import sys
 import threading
 import time
-from collections.abc import Callable
+import traceback
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import bpy
@@ -133,7 +140,7 @@ def _leave(job: Job) -> None:
         _current = None
 
 
-def _redraw_sidebars() -> None:
+def redraw_sidebars() -> None:
     """Have the progress drawn again; not the scene, which takes long when it is large."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
@@ -172,81 +179,123 @@ class JobOperator:
     def give_up(self) -> None:
         """Clean up after work that was cancelled or has failed; runs in the main thread."""
 
+    def tick(self, context: bpy.types.Context) -> None:
+        """Do what the thread waits for Blender to do; runs in the main thread, every TICK.
+
+        Raises
+        ------
+        InputError
+            When the work cannot go on.
+        """
+
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Do the work and return."""
         try:
-            result = self.prepare(context)(SILENT)
-        except (InputError, MemoryError) as error:
+            return self._store(context, self.prepare(context)(SILENT))
+        except Exception as error:
             return self._fail(error)
-        self._finish(context, result)
-        return {"FINISHED"}
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Start the work in a thread."""
         global _current
         if bpy.app.background or context.window is None:
             return self.execute(context)
+        self._job: Job | None = None
+        self._timer: Any = None
         try:
-            work = self.prepare(context)
-        except (InputError, MemoryError) as error:
+            self._job = job = Job(self.prepare(context), self.job_text)
+            if self.head_start > 0.0:
+                job.wait(self.head_start)
+                if job.is_finished:
+                    return self._conclude(context, job)
+            _current = job
+            manager = context.window_manager
+            self._timer = manager.event_timer_add(TICK, window=context.window)
+            manager.modal_handler_add(self)
+        except Exception as error:
+            self._end(context)
             return self._fail(error)
-        self._job = job = Job(work, self.job_text)
-        if self.head_start > 0.0:
-            job.wait(self.head_start)
-            if job.is_finished:
-                return self._conclude(context)
-        _current = job
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(TICK, window=context.window)
-        manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Look at the thread."""
         job = self._job
+        assert job is not None
         if event.type == "ESC" and event.value == "PRESS":
             job.cancel()
         if job.is_cancelled:
             self._end(context)
-            self.give_up()
+            self._clean_up()
             self.report({"INFO"}, "Cancelled; the previous result stays")  # type: ignore[attr-defined]
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        _redraw_sidebars()
-        if not job.is_finished:
-            return {"PASS_THROUGH"}
-        self._end(context)
-        return self._conclude(context)
+        try:
+            redraw_sidebars()
+            if not job.is_finished:
+                self.tick(context)
+                return {"PASS_THROUGH"}
+            self._end(context)
+            return self._conclude(context, job)
+        except Exception as error:
+            self._end(context)
+            return self._fail(error)
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender ends the operator, because it loads a file or closes the window."""
         self._end(context)
-        self.give_up()
+        self._clean_up()
 
     def _end(self, context: bpy.types.Context) -> None:
-        _leave(self._job)
-        context.window_manager.event_timer_remove(self._timer)
-        _redraw_sidebars()
+        """Forget the job, and what Blender was asked for because of it; done twice it does no harm.
 
-    def _conclude(self, context: bpy.types.Context) -> set[str]:
+        The buttons first: they are free whatever comes after.
+        """
+        job, timer = self._job, self._timer
+        self._timer = None
+        if job is not None:
+            _leave(job)
+        if timer is not None:
+            with tracebacks_only():
+                context.window_manager.event_timer_remove(timer)
+                redraw_sidebars()
+
+    def _conclude(self, context: bpy.types.Context, job: Job) -> set[str]:
         """Take over what the thread has left."""
-        error = self._job.error
-        if isinstance(error, (InputError, MemoryError)):
-            return self._fail(error)
-        if error:
-            self.give_up()
-            raise error
-        self._finish(context, self._job.result)
-        return {"FINISHED"}
+        if job.error:
+            return self._fail(job.error)
+        return self._store(context, job.result)
 
-    def _finish(self, context: bpy.types.Context, result: Any) -> None:
+    def _store(self, context: bpy.types.Context, result: Any) -> set[str]:
         text = self.finish(context, result)
         if text:
             self.report({"INFO"}, text)  # type: ignore[attr-defined]
+        return {"FINISHED"}
 
-    def _fail(self, error: Exception) -> set[str]:
-        self.give_up()
-        text = str(error) or "out of memory; use a smaller scene or resolution"
-        self.report({"ERROR"}, text)  # type: ignore[attr-defined]
+    def _fail(self, error: BaseException) -> set[str]:
+        self._clean_up()
+        self.report({"ERROR"}, self.one_line(error))  # type: ignore[attr-defined]
         return {"CANCELLED"}
+
+    def _clean_up(self) -> None:
+        with tracebacks_only():
+            self.give_up()
+
+    def one_line(self, error: BaseException) -> str:
+        """Return what has gone wrong; print the traceback of what should not have happened."""
+        if isinstance(error, InputError):
+            return " ".join(str(error).split())
+        if isinstance(error, MemoryError):
+            return "Out of memory; use a smaller scene or resolution"
+        traceback.print_exception(error)
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        return f"{self.job_text} failed, a defect of AccelScope ({what}); the console has more"
+
+
+@contextlib.contextmanager
+def tracebacks_only() -> Iterator[None]:
+    """Print what goes wrong, and go on: for cleaning up, which has to come to its end."""
+    try:
+        yield
+    except Exception:
+        traceback.print_exc(file=sys.stderr)

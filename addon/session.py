@@ -1,14 +1,15 @@
 """Session: what has been built and traced, kept outside of Blender's data.
 
 Results are Python objects that no .blend can hold and no undo step should copy. They survive undo
-and are dropped when another file is loaded. Handlers only find out whether they still belong to
-what Blender shows; nothing is rebuilt by itself.
+and are dropped when another file is loaded. Handlers only mark what may have changed; a timer
+compares it with what was built over (:mod:`.snapshot`). Nothing is rebuilt by itself.
 """
 
 from __future__ import annotations
 
 import copy
 import dataclasses
+import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,14 +20,25 @@ from bpy.app.handlers import persistent
 from ..core.errors import InputError
 from . import extraction, generated, jobs, overlay, properties
 from .showcase import Showcase
-from .snapshot import Snapshot
+from .snapshot import Look, Snapshot
 from .split_plane import SplitPlaneSettings, SplitView
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ..core.evaluation.experiment import Built, Traced
     from ..core.evaluation.ray_path import Walk
     from ..core.structures.cells import Cells
+    from ..core.structures.exhibits import Exhibit
     from ..core.structures.steps import Steps
+
+
+DELAY = 0.15
+"""Seconds without an update before the scene is compared: during a drag there are many."""
+
+AT_ONCE = 0.03
+"""Seconds that Blender may be held up by comparing; what is left waits for the next time."""
+
+PAUSE = 0.01
+"""Seconds that Blender gets in between."""
 
 
 class Status(NamedTuple):
@@ -34,6 +46,31 @@ class Status(NamedTuple):
 
     up_to_date: bool
     text: str
+
+
+class Outcome(NamedTuple):
+    """What a build makes: everything that takes long or may fail, done before any of it is kept."""
+
+    snapshot: Snapshot
+    built: Built
+    cells: Cells
+    record: dict[str, Any]
+    exhibits: list[Exhibit]
+
+    @classmethod
+    def of(cls, snapshot: Snapshot, built: Built, **more: Any) -> Outcome:
+        """Compute all of it; runs in any thread.
+
+        Parameters
+        ----------
+        **more
+            What the record has in front.
+        """
+        from ..core.evaluation.experiment import make_record
+
+        structure = built.structure
+        record = more | make_record(built, None)
+        return cls(snapshot, built, structure.cells(), record, structure.exhibits())
 
 
 @dataclass
@@ -64,10 +101,8 @@ class Session:
         The records of the last comparison over the timeline.
     split_view : SplitView
         The plane that divides the scene.
-    watched : list of Snapshot
-        Those that handlers keep an eye on: the one above, and one that is being built over.
-    undone : bool
-        An undo has happened that nobody has looked at yet.
+    watched : list of Look
+        Those that handlers keep an eye on: that of the snapshot above, and those of work under way.
     """
 
     snapshot: Snapshot | None = None
@@ -83,30 +118,26 @@ class Session:
     showcase: Showcase = field(default_factory=Showcase)
     timeline: list[dict[str, Any]] = field(default_factory=list)
     split_view: SplitView | None = None
-    watched: list[Snapshot] = field(default_factory=list)
-    undone: bool = False
+    watched: list[Look] = field(default_factory=list)
 
     # Storing results.
 
-    def watch(self, snapshot: Snapshot) -> None:
-        """Keep an eye on a snapshot while something is built over it."""
-        self.watched = [known for known in (self.snapshot, snapshot) if known]
+    def watch(self, *looks: Look) -> None:
+        """Keep an eye on what is looked at by work under way, too; it may come to nothing."""
+        self.watched = [self.snapshot.look] if self.snapshot else []
+        self.watched += looks
 
-    def watch_built(self) -> None:
-        """Keep an eye on what was built only: whatever was under way has come to nothing."""
-        self.watched = [self.snapshot] if self.snapshot else []
-
-    def set_built(
-        self, snapshot: Snapshot, built: Built, cells: Cells, record: dict[str, Any]
-    ) -> None:
+    def set_built(self, outcome: Outcome) -> None:
         """Replace everything by a new structure, and draw it."""
-        self.snapshot, self.built, self.cells, self.record = snapshot, built, cells, record
+        view = SplitView(outcome.built.structure.scene)
+        overlay.set_cells(outcome.cells)
+        self.snapshot, self.built = outcome.snapshot, outcome.built
+        self.cells, self.record = outcome.cells, outcome.record
         self.traced, self.timeline = None, []
-        self.showcase = Showcase(built.structure.exhibits())
-        self.split_view = SplitView(built.structure.scene)
-        self.watch_built()
+        self.showcase = Showcase(outcome.exhibits)
+        self.split_view = view
+        self.watch()
         self._clear_paths()
-        overlay.set_cells(cells)
         overlay.enable()
 
     def set_traced(self, traced: Traced, record: dict[str, Any]) -> None:
@@ -182,21 +213,27 @@ class Session:
             overlay.disable()
         self.snapshot = self.built = self.cells = self.record = self.traced = None
         self.showcase, self.split_view = Showcase(), None
-        self.timeline, self.watched, self.undone = [], [], False
+        self.timeline, self.watched = [], []
         self._forget_paths()
 
     # Asking.
 
-    def status(self, context: bpy.types.Context) -> Status:
-        """Say whether the structure is that of the scene and the settings as they are now."""
+    def status(self, context: bpy.types.Context, at_once: bool = True) -> Status:
+        """Say whether the structure is that of the scene and the settings as they are now.
+
+        Parameters
+        ----------
+        at_once : bool
+            Compare now whatever may have changed. A panel must not: it takes too long, and
+            Blender allows no evaluation there; it is told that the comparison is under way.
+        """
         if self.built is None or self.snapshot is None:
             return Status(False, "Nothing has been built yet")
-        if self.snapshot.owner != context.scene.session_uid:
+        look = self.snapshot.look
+        if look.owner != context.scene.session_uid:
             return Status(False, "Built over another scene of this file")
-        if self.snapshot.change:
-            return Status(False, f"Out of date: {self.snapshot.change}")
         root = context.scene.accelscope
-        if root.scope != self.snapshot.scope:
+        if root.scope != look.scope:
             return Status(False, "Out of date: the scope was changed")
         try:
             structure, settings = properties.structure_and_settings(root)
@@ -206,6 +243,17 @@ class Session:
             return Status(False, f"Out of date: {self.built.structure.label} was built")
         if settings != self.built.structure.settings:
             return Status(False, "Out of date: the settings were changed")
+        if at_once:
+            depsgraph = context.evaluated_depsgraph_get()
+            if not look.is_settled_for(depsgraph.view_layer):
+                look.compare(depsgraph)
+        elif not look.is_settled_for(context.view_layer):
+            if _is_playing():
+                return Status(False, "Compared with the scene when the animation stops")
+            compare_soon()
+            return Status(False, "Comparing with the scene...")
+        if look.change:
+            return Status(False, f"Out of date: {look.change}")
         return Status(True, "Up to date")
 
     def has_links(self) -> bool:
@@ -251,25 +299,65 @@ current = Session()
 # -------------------------------------------------------------------------------------- handlers
 
 
+_last_update = 0.0
+
+
 @persistent
 def _after_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    """Mark results out of date; after an undo, look whether they are."""
+    """Mark what Blender has evaluated: by an edit or for another frame."""
+    global _last_update
+    # Rendering evaluates a scene of its own, perhaps in another thread.
     if depsgraph.mode != "VIEWPORT" or not current.watched:
         return
     watched = [each for each in current.watched if each.owner == scene.original.session_uid]
-    for snapshot in watched:
-        if current.undone:
-            snapshot.compare(depsgraph)
-        else:
-            snapshot.note_updates(depsgraph)
-    if watched:
-        current.undone = False
+    were_settled = all(each.is_settled for each in watched)
+    for look in watched:
+        look.note_updates(depsgraph)
+    if not all(each.is_settled for each in watched):
+        _last_update = time.monotonic()
+        compare_soon()
+        if were_settled and not bpy.app.background:
+            jobs.redraw_sidebars()  # what they say may not be true any more
 
 
 @persistent
 def _after_undo(*_: Any) -> None:
-    # Blender has not evaluated the scene yet: the next update looks at it.
-    current.undone = True
+    for look in current.watched:
+        look.note_everything()
+    compare_soon()
+
+
+def compare_soon() -> None:
+    """Compare with the scene once Blender has time; without a window, whoever asks compares."""
+    if not bpy.app.background and not bpy.app.timers.is_registered(_compare):
+        bpy.app.timers.register(_compare, first_interval=DELAY)
+
+
+def _compare() -> float | None:
+    """Compare what is watched with the scene, a little at a time; return when to go on."""
+    context = bpy.context
+    waiting = [
+        each
+        for each in current.watched
+        if each.owner == context.scene.session_uid and not each.is_settled_for(context.view_layer)
+    ]
+    if not waiting:
+        return None
+    wait = _last_update + DELAY - time.monotonic()
+    if wait > 0.0 or jobs.running() or _is_playing():
+        return max(wait, DELAY)
+    until = time.monotonic() + AT_ONCE
+    depsgraph = context.evaluated_depsgraph_get()
+    if not all(each.compare(depsgraph, until) for each in waiting):
+        return PAUSE
+    jobs.redraw_sidebars()
+    return None
+
+
+def _is_playing() -> bool:
+    """Say whether an animation is playing: comparing every frame would hold it up."""
+    windows = bpy.context.window_manager.windows
+    return any(window.screen.is_animation_playing for window in windows)
 
 
 @persistent
@@ -284,6 +372,7 @@ def _after_load(*_: Any) -> None:
 
 HANDLERS = (
     ("depsgraph_update_post", _after_update),
+    ("frame_change_post", _after_update),
     ("undo_post", _after_undo),
     ("redo_post", _after_undo),
     ("load_pre", _before_load),
@@ -299,6 +388,8 @@ def register() -> None:
 
 def unregister() -> None:
     """Stop listening and drop all results."""
+    if bpy.app.timers.is_registered(_compare):
+        bpy.app.timers.unregister(_compare)
     for event, handler in HANDLERS:
         handlers = getattr(bpy.app.handlers, event)
         if handler in handlers:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import queue
 import threading
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 
 import bpy
 
@@ -13,6 +13,7 @@ from ..core.errors import InputError
 from ..core.progress import Progress
 from ..core.scene import Scene
 from . import extraction
+from .snapshot import Look
 
 PATIENCE = 0.1  # seconds between two looks at whether the work was cancelled
 
@@ -64,25 +65,65 @@ class Frames:
     The thread waits for the next one in :meth:`iterate`; the main thread takes it from Blender in
     :meth:`serve`. Work that runs in the main thread itself gets its frames at once.
 
+    Meanwhile the user may edit. Frames from before and after an edit must not be compared with each
+    other, so whenever Blender has evaluated something, those taken so far are looked at again.
+
     Parameters
     ----------
     numbers : iterable of int
+    watch : callable
+        Is given how the frame looks that was taken last, to mark what Blender evaluates.
     """
 
-    def __init__(self, context: bpy.types.Context, scope: str, numbers: Iterable[int]) -> None:
+    def __init__(
+        self,
+        context: bpy.types.Context,
+        scope: str,
+        numbers: Iterable[int],
+        watch: Callable[[Look], None] = lambda look: None,
+    ) -> None:
         self.shown = Place(context.scene)
-        self._frames = frames(context, scope, numbers)
+        self._frames = self._take(context, scope, numbers, watch)
         # One frame in hand, so that memory does not grow with the length of the animation.
         self._ready: queue.Queue[tuple[int, Scene] | InputError | None] = queue.Queue(maxsize=1)
+
+    def _take(
+        self,
+        context: bpy.types.Context,
+        scope: str,
+        numbers: Iterable[int],
+        watch: Callable[[Look], None],
+    ) -> Generator[tuple[int, Scene] | None]:
+        """Yield number and scene of every frame, then None for each that is looked at again."""
+        looks: dict[int, Look] = {}
+        is_touched = False
+        for number in numbers:
+            context.scene.frame_set(number)
+            parts = extraction.collect(context.evaluated_depsgraph_get(), scope)
+            looks[number] = Look.at(context, scope, parts)
+            watch(looks[number])
+            yield number, extraction.scene_of(context, parts)
+            if not looks[number].is_settled:
+                is_touched = True
+                refuse_edited(context, number, looks[number])
+        for number, look in looks.items() if is_touched else ():
+            look.note_everything()
+            refuse_edited(context, number, look)
+            yield None
 
     def serve(self) -> None:
         """Take one frame from Blender, if there is room for it; call it in the main thread."""
         if self._ready.full():
             return
         try:
-            self._ready.put(next(self._frames, None))
+            frame = next(self._frames)
+        except StopIteration:
+            self._ready.put(None)
         except InputError as error:
             self._ready.put(error)
+        else:
+            if frame is not None:
+                self._ready.put(frame)
 
     def iterate(self, progress: Progress) -> Iterator[tuple[int, Scene]]:
         """Yield number and scene of every frame.
@@ -90,16 +131,17 @@ class Frames:
         Raises
         ------
         InputError
-            When a frame has no triangle that a ray could hit.
+            When a frame has no triangle that a ray could hit, or the scene was edited meanwhile.
         Cancelled
             From `progress`.
         """
+        is_served = threading.current_thread() is threading.main_thread()
         while True:
-            if threading.current_thread() is threading.main_thread():
+            if is_served:
                 self.serve()
             progress.report(0, 1, "Waiting for a frame")
             try:
-                found = self._ready.get(timeout=PATIENCE)
+                found = self._ready.get(timeout=0.0 if is_served else PATIENCE)
             except queue.Empty:
                 continue
             if found is None:
@@ -112,3 +154,14 @@ class Frames:
         """Show the frame again that was shown before; in the main thread."""
         self._frames.close()
         self.shown.restore()
+
+
+def refuse_edited(context: bpy.types.Context, number: int, look: Look) -> None:
+    """Raise InputError if a frame does not look as it did."""
+    if context.scene.frame_current != number:
+        context.scene.frame_set(number)
+    look.compare(context.evaluated_depsgraph_get())
+    if look.change:
+        raise InputError(
+            f"{look.change} in frame {number} while frames were compared; start it again"
+        )

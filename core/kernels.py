@@ -22,11 +22,13 @@ import os
 import pickle
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from .progress import Progress
 
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
 """Whether kernels are compiled; the interface says so when they are not."""
@@ -45,7 +47,6 @@ which for a ray's thirty numbers costs more compiling than the kernel itself."""
 
 _cache_root: Path | None = None
 _cache_prepared = False
-_compiled: set[str] = set()
 
 
 def set_cache_root(directory: str | os.PathLike[str]) -> None:
@@ -194,6 +195,9 @@ def _prepare_cache() -> bool:
     if not _cache_prepared:
         try:
             directory.mkdir(parents=True, exist_ok=True)
+            # Reading does not make a directory younger: without this, another version would take
+            # one that is used every day for forgotten.
+            os.utime(directory)
             for old in directory.parent.iterdir():
                 if old != directory and _unused_for_a_month(old):
                     shutil.rmtree(old, ignore_errors=True)
@@ -205,20 +209,48 @@ def _prepare_cache() -> bool:
 
 
 def _unused_for_a_month(directory: Path) -> bool:
-    """Say whether a cache of another version has not been touched for thirty days."""
+    """Say whether no process has used a cache of another version for thirty days."""
     import time
 
     return time.time() - directory.stat().st_mtime > 30 * 86400.0
 
 
-def is_warm(name: str) -> bool:
-    """Say whether :func:`mark_warm` was called for `name`, in this process or an earlier one."""
-    return not HAS_NUMBA or name in _compiled or (cache_directory() / f"{name}.warm").exists()
+@contextlib.contextmanager
+def announcing(progress: Progress, what: str) -> Iterator[None]:
+    """Announce a compilation that becomes necessary within the block; otherwise say nothing.
+
+    Numba itself tells, at the moment it begins: whether a kernel is in the cache depends on the
+    types it is called with, so nothing that is written down beforehand would always be true.
+
+    Parameters
+    ----------
+    what : str
+        What the kernels are for (``"bvh"``).
+    """
+    if not HAS_NUMBA:
+        yield
+        return
+    from numba.core import event
+
+    class Announcement(event.Listener):
+        """Hears of every kernel that is not in the cache; speaks once."""
+
+        is_made = False
+
+        def on_start(self, event: Any) -> None:
+            if not self.is_made:
+                self.is_made = True
+                progress.announce(f"compiling {what}, {how_often()}")
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Announcement()):
+        yield
 
 
-def mark_warm(name: str) -> None:
-    """Remember that the kernels of `name` are compiled, so that nobody announces a wait again."""
-    _compiled.add(name)
-    if HAS_NUMBA and _cache_prepared:
-        with contextlib.suppress(OSError):  # no place to remember it: the wait is announced again
-            (cache_directory() / f"{name}.warm").touch()
+def how_often() -> str:
+    """Return how often kernels are compiled: once, if there is a place to keep them."""
+    if _cache_prepared and os.access(cache_directory(), os.W_OK):
+        return "once after installation"
+    return "at every start, for there is no place to keep what is compiled"

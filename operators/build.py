@@ -35,37 +35,37 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
-        from ..core.evaluation.experiment import build, make_record
+        from ..core.evaluation.experiment import build
 
         root = context.scene.accelscope
         structure, settings = properties.structure_and_settings(root)
         snapshot = Snapshot.take(context, root.scope)
-        session.current.watch(snapshot)
+        session.current.watch(snapshot.look)
 
-        def work(progress: Progress) -> tuple[Any, ...]:
+        def work(progress: Progress) -> session.Outcome:
             built = build(snapshot.scene, structure, settings, progress)
             progress.report(1, 1, "Preparing the picture")
-            return snapshot, built, built.structure.cells(), make_record(built, None)
+            return session.Outcome.of(snapshot, built)
 
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
         from ..core.evaluation.report import show_integer, show_number, show_seconds
 
-        session.current.set_built(*result)
+        session.current.set_built(result)
         session.current.show_exhibit(context)
         session.current.show_plane(context)
-        snapshot, built, cells, record = result
+        sah = show_number(result.record["statistics"]["sah"])
         text = (
-            f"{built.structure.label}: SAH {show_number(record['statistics']['sah'])}, "
-            f"{show_integer(len(cells))} cells, {show_seconds(built.seconds)}"
+            f"{result.built.structure.label}: SAH {sah}, "
+            f"{show_integer(len(result.cells))} cells, {show_seconds(result.built.seconds)}"
         )
-        if snapshot.scene.dropped:
-            text += f"; {snapshot.scene.dropped} triangles that are not finite were left out"
+        if dropped := result.snapshot.scene.dropped:
+            text += f"; {dropped} triangles that are not finite were left out"
         return text
 
     def give_up(self) -> None:
-        session.current.watch_built()
+        session.current.watch()
 
 
 CLASSES = (ACCELSCOPE_OT_build,)

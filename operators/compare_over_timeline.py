@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+import dataclasses
+from typing import TYPE_CHECKING, Any
 
 import bpy
 
 from ..addon import extraction, jobs, properties, session, timeline
-from ..addon.snapshot import Snapshot
+from ..addon.snapshot import Look, Snapshot
 from ..core.errors import InputError
 from ..core.progress import Progress
+
+if TYPE_CHECKING:
+    from ..core.evaluation.animation import Comparison
 
 
 class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
@@ -37,44 +41,45 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
         from ..core.evaluation.animation import animate
-        from ..core.evaluation.experiment import build, make_record
+        from ..core.evaluation.experiment import build
         from ..core.evaluation.workloads import RandomLinesSettings, RandomLinesWorkload
         from ..core.structures.bvh import BVH
 
         root = context.scene.accelscope
         structure, settings = properties.structure_and_settings(root)
         if structure is not BVH:
-            raise InputError(f"only bvh can be refitted, not {root.structure}")
+            raise InputError(f"only a BVH can be refitted, not {structure.label}")
         # What is shown now is what will be shown afterwards: the tree of this frame.
         snapshot = Snapshot.take(context, root.scope)
         numbers = timeline.frame_range(context.scene)
-        self.frames = timeline.Frames(context, root.scope, numbers)
 
-        def work(progress: Progress) -> tuple[Any, ...]:
+        def watch(look: Look) -> None:
+            session.current.watch(snapshot.look, look)
+
+        self.frames = timeline.Frames(context, root.scope, numbers, watch)
+
+        def work(progress: Progress) -> tuple[Comparison, session.Outcome]:
             lines = RandomLinesSettings(count=20_000)
             scenes = self.frames.iterate(progress)
             found = animate(scenes, settings, RandomLinesWorkload, lines, progress=progress)
             built = build(snapshot.scene, BVH, settings, progress)
             assert isinstance(built.structure, BVH)
-            built.structure.history = found.history
-            cells = built.structure.cells()
-            return found, (snapshot, built, cells, make_record(built, None))
+            told = dataclasses.replace(built, structure=built.structure.with_history(found.history))
+            return found, session.Outcome.of(snapshot, told)
 
         return work
 
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if event.type == "TIMER":
-            # Only here may Blender be asked for another frame.
-            self.frames.serve()
-        return super().modal(context, event)
+    def tick(self, context: bpy.types.Context) -> None:
+        # Only here may Blender be asked for another frame.
+        self.frames.serve()
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
         from ..core.evaluation.animation import growth
         from ..core.evaluation.report import show_number
 
         self.frames.restore()
-        found, results = result
-        session.current.set_built(*results)
+        found, outcome = result
+        session.current.set_built(outcome)
         session.current.timeline = found.records
         first, last = found.history[0], found.history[-1]
         return (
@@ -84,6 +89,7 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
         )
 
     def give_up(self) -> None:
+        session.current.watch()
         if hasattr(self, "frames"):
             self.frames.restore()
 

@@ -34,7 +34,7 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
-        from ..core.evaluation.experiment import Built, make_record
+        from ..core.evaluation.experiment import Built
         from ..core.structures.bvh import BVH
         from ..core.structures.bvh.refit import refit
 
@@ -43,33 +43,34 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
         assert known is not None
         tree = built.structure
         assert isinstance(tree, BVH)
-        snapshot = Snapshot.take(context, known.scope)
-        session.current.watch(snapshot)
-        before = tree.statistics().sah
+        snapshot = Snapshot.take(context, known.look.scope)
+        session.current.watch(snapshot.look)
+        assert session.current.record is not None
+        before = session.current.record["statistics"]["sah"]
 
-        def work(progress: Progress) -> tuple[Any, ...]:
+        def work(progress: Progress) -> tuple[float, session.Outcome]:
             start = time.perf_counter()
             structure = refit(tree, snapshot.scene, progress)
             refitted = Built(structure, time.perf_counter() - start)
-            record = {"method": "refit", **make_record(refitted, None)}
-            return before, (snapshot, refitted, structure.cells(), record)
+            return before, session.Outcome.of(snapshot, refitted, method="refit")
 
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
         from ..core.evaluation.report import show_number, show_seconds
 
-        before, found = result
-        session.current.set_built(*found)
-        _, refitted, _, record = found
-        after = record["statistics"]["sah"]
+        before, outcome = result
+        session.current.set_built(outcome)
+        session.current.show_exhibit(context)
+        session.current.show_plane(context)
+        after = outcome.record["statistics"]["sah"]
         return (
-            f"Refitted in {show_seconds(refitted.seconds)}: "
+            f"Refitted in {show_seconds(outcome.built.seconds)}: "
             f"SAH {show_number(after)}, before {show_number(before)}"
         )
 
     def give_up(self) -> None:
-        session.current.watch_built()
+        session.current.watch()
 
 
 CLASSES = (ACCELSCOPE_OT_refit,)

@@ -41,7 +41,7 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
                 row = layout.row(align=True)
                 row.operator("accelscope.refit")
                 row.operator("accelscope.compare_over_timeline")
-            status = session.current.status(context)
+            status = session.current.status(context, at_once=False)
             stale = "ERROR" if session.current.built else "INFO"
             icon = "CHECKMARK" if status.up_to_date else stale
             draw_wrapped(layout, status.text, icon, width)

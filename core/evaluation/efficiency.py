@@ -26,7 +26,7 @@ from ..geometry.combined import is_polyhedral
 from ..geometry.hull import hull_area
 from ..geometry.sphere import Spheres
 from ..geometry.triangle import triangles_of
-from ..kernels import is_warm, mark_warm
+from ..kernels import announcing
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import to_json
@@ -105,18 +105,19 @@ def efficiency_of(
     records = []
     for number, kind in enumerate(kinds):
         progress.report(number, len(kinds), f"Measuring {kind}")
-        if not is_warm(f"efficiency-{kind}"):
-            progress.announce(f"compiling the test of {kind}, once after installation")
-        volumes = fit_all(kind, scene.triangles, np.zeros(1, int), np.full(1, len(scene)), SILENT)
-        area, content = float(volumes.areas()[0]), float(volumes.contents()[0])
-        sample = sample_of(rays, structure, volumes)
-        hit = int(sample.hits_volume.sum())
-        tightness = sample.ratio
-        measured = hit / len(rays)
-        # The area of other shapes is itself counted, by fewer lines.
-        is_exact = isinstance(volumes, Spheres) or is_polyhedral(volumes)
-        p = area / ball.area() if is_exact else measured
-        B = time_of_volume(kind, scene.triangles, rays.arrays(), triangles.reach)
+        with announcing(progress, f"the test of {kind}"):
+            volumes = fit_all(
+                kind, scene.triangles, np.zeros(1, int), np.full(1, len(scene)), SILENT
+            )
+            area, content = float(volumes.areas()[0]), float(volumes.contents()[0])
+            sample = sample_of(rays, structure, volumes)
+            hit = int(sample.hits_volume.sum())
+            tightness = sample.ratio
+            measured = hit / len(rays)
+            # The area of other shapes is itself counted, by fewer lines.
+            is_exact = isinstance(volumes, Spheres) or is_polyhedral(volumes)
+            p = area / ball.area() if is_exact else measured
+            B = time_of_volume(kind, scene.triangles, rays.arrays(), triangles.reach)
         records.append(
             {
                 "scene": {"name": scene.name, "source": scene.source, "triangles": len(scene)},
@@ -140,7 +141,6 @@ def efficiency_of(
                 **verdict(B, I, p),
             }
         )
-        mark_warm(f"efficiency-{kind}")
     return records
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..geometry.rays import ALL, Rays
-from ..kernels import is_warm, mark_warm
+from ..kernels import announcing
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import to_json
@@ -73,17 +73,14 @@ def warm_up(structure_type: type[Structure], settings: Any, progress: Progress =
         for field in dataclasses.fields(settings)
         if field.metadata["choices"]
     }
-    name = "-".join([structure_type.name, *choices.values()])
-    if not is_warm(name):
-        progress.announce(f"compiling {structure_type.name}, once after installation")
     # Enough of a muddle that even what only improves a poor tree has something to do.
     random = np.random.default_rng(1)
     corners = random.random((60, 1, 3)) + 0.05 * random.random((60, 3, 3))
     tiny = Scene.from_triangles(corners, "warm-up")
-    structure = structure_type.build(tiny, structure_type.Settings(**choices))
     ray = Rays.from_arrays(np.zeros((1, 3)), np.ones((1, 3)))
-    structure.trace(ray, ALL, threads=1)
-    mark_warm(name)
+    with announcing(progress, structure_type.name):
+        structure = structure_type.build(tiny, structure_type.Settings(**choices))
+        structure.trace(ray, ALL, threads=1)
 
 
 def trace(

@@ -348,6 +348,11 @@ class Structure(abc.ABC):
         """Return what else there is to show of this structure; cheap, frames are made on demand."""
         return []
 
+    @property
+    def exhibits_left_out(self) -> str:
+        """Why exhibits that such structures usually have are not offered; empty if none are."""
+        return ""
+
     def region(self, number: int, direction: np.ndarray) -> np.ndarray | None:
         """Return the box (6,) that a ray of a direction (3,) passes in one step from a cell.
 

@@ -277,10 +277,12 @@ def test_fingerprint_tells_what_changed(bpy: Any, extraction: Any) -> None:
     cube = bpy.context.object
     bpy.ops.mesh.primitive_plane_add()
 
-    def fingerprint() -> dict[str, bytes]:
+    def fingerprint() -> dict[str, Any]:
+        from accelscope.addon import fingerprint
+
         depsgraph = bpy.context.evaluated_depsgraph_get()
         parts = extraction.collect(depsgraph, extraction.VISIBLE)
-        return {d.name: d.value for d in extraction.fingerprint(parts).values()}
+        return {each.name: each for each in fingerprint.fingerprint(parts).values()}
 
     before = fingerprint()
     assert fingerprint() == before

@@ -195,7 +195,7 @@ def test_error_leaves_the_previous_result(bpy: Any, traced: Any, root: Any, curr
     # What was built is still watched.
     traced.location.x = 1
     bpy.context.view_layer.update()
-    assert "Suzanne was moved" in current.status(bpy.context).text
+    assert "Suzanne has moved" in current.status(bpy.context).text
 
 
 def test_empty_mesh_is_refused_with_a_message(bpy: Any, current: Any) -> None:

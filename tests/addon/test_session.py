@@ -36,18 +36,18 @@ def test_nothing_built(bpy: Any, status: Any) -> None:
 
 def test_moved(built: Any, status: Any) -> None:
     built.location.x = 1
-    assert status() == "Out of date: Cube was moved"
+    assert status() == "Out of date: Cube has moved"
 
 
 def test_edited(built: Any, status: Any) -> None:
     built.data.vertices[0].co.x = 3
     built.data.update()
-    assert status() == "Out of date: Cube was edited"
+    assert status() == "Out of date: the geometry of Cube has changed"
 
 
 def test_modifier_added(built: Any, status: Any) -> None:
     built.modifiers.new("Bevel", "BEVEL")
-    assert status() == "Out of date: Cube was edited"
+    assert status() == "Out of date: the geometry of Cube has changed"
 
 
 def test_object_added(bpy: Any, built: Any, status: Any) -> None:
@@ -59,19 +59,19 @@ def test_object_deleted(bpy: Any, built: Any, status: Any, current: Any) -> None
     bpy.ops.mesh.primitive_plane_add()
     bpy.ops.accelscope.build()
     bpy.data.objects.remove(bpy.data.objects["Cube"])
-    assert status() == "Out of date: Cube was removed or hidden"
+    assert status() == "Out of date: Cube was removed"
     assert current.cells is not None
 
 
 def test_last_object_deleted(bpy: Any, built: Any, status: Any, current: Any) -> None:
     bpy.data.objects.remove(built)
-    assert status() == "Out of date: Cube was removed or hidden"
+    assert status() == "Out of date: Cube was removed"
     assert bpy.ops.accelscope.trace() == {"FINISHED"}
 
 
 def test_hidden(built: Any, status: Any) -> None:
     built.hide_set(True)
-    assert status() == "Out of date: Cube was removed or hidden"
+    assert status() == "Out of date: Cube is hidden"
 
 
 def test_deselected_in_the_selected_scope(bpy: Any, root: Any, status: Any) -> None:
@@ -80,7 +80,7 @@ def test_deselected_in_the_selected_scope(bpy: Any, root: Any, status: Any) -> N
     bpy.ops.accelscope.build()
     assert status() == "Up to date"
     bpy.context.object.select_set(False)
-    assert status() == "Out of date: Cube was removed or hidden"
+    assert status() == "Out of date: Cube is no longer selected"
 
 
 def test_camera_does_not_matter(bpy: Any, built: Any, status: Any) -> None:
@@ -119,11 +119,11 @@ def test_undo_brings_it_up_to_date_again(bpy: Any, built: Any, status: Any, curr
     result = current.built
     built.location.x = 1
     bpy.ops.ed.undo_push(message="moved")
-    assert status() == "Out of date: Cube was moved"
+    assert status() == "Out of date: Cube has moved"
     bpy.ops.ed.undo()
     assert status() == "Up to date"
     bpy.ops.ed.redo()
-    assert status() == "Out of date: Cube was changed"
+    assert status() == "Out of date: Cube has moved"
     assert current.built is result
     assert current.cells is not None
 
@@ -135,7 +135,7 @@ def test_undoing_the_objects_away(bpy: Any, status: Any, current: Any) -> None:
     bpy.ops.accelscope.build()
     bpy.ops.ed.undo()
     assert not bpy.data.objects
-    assert status() == "Out of date: Cube was removed or hidden"
+    assert status() == "Out of date: Cube was removed"
     bpy.ops.accelscope.trace()
     assert current.traced is not None
 
@@ -154,14 +154,15 @@ def test_file_load_drops_the_results(
 def test_changes_while_building_are_noticed(
     bpy: Any, built: Any, status: Any, current: Any
 ) -> None:
+    from accelscope.addon.session import Outcome
     from accelscope.addon.snapshot import Snapshot
-    from accelscope.core.evaluation.experiment import build, make_record
+    from accelscope.core.evaluation.experiment import build
 
     snapshot = Snapshot.take(bpy.context, "visible")
-    current.watch(snapshot)
+    current.watch(snapshot.look)
     structure = current.built.structure
     built.location.x = 1
     bpy.context.view_layer.update()
     result = build(snapshot.scene, type(structure), structure.settings)
-    current.set_built(snapshot, result, structure.cells(), make_record(result, None))
-    assert status() == "Out of date: Cube was moved"
+    current.set_built(Outcome.of(snapshot, result))
+    assert status() == "Out of date: Cube has moved"

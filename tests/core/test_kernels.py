@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -120,10 +121,16 @@ kernels.set_cache_root(ROOT)
 sys.path.insert(0, FOLDER)
 import numpy as np
 import toy
-warm = kernels.is_warm("toy")
-result = kernels.call(toy.sum_of_squares, np.arange(4.0))
-print(warm, result, sum(toy.sum_of_squares.stats.cache_hits.values()))
-kernels.mark_warm("toy")
+from accelscope.core.progress import Progress
+
+class Listening(Progress):
+    said = []
+    def announce(self, text):
+        self.said.append(text)
+
+with kernels.announcing(Listening(), "toy"):
+    result = kernels.call(toy.sum_of_squares, np.arange(4.0))
+print(result, sum(toy.sum_of_squares.stats.cache_hits.values()), *Listening.said, sep="|")
 """
 
 REAL = """
@@ -136,17 +143,17 @@ raise SystemExit(main(["evaluate", "sample:tetra:depth=2", "--structure", "bvh",
 
 
 def toy(root):
-    """Return (warm, result, cache hits) of the toy kernels, with their cache at `root`."""
+    """Return result, cache hits and what is announced, of toy kernels with their cache at `root`."""
     code = SMALL.replace("ROOT", repr(str(root)))
-    return run(code.replace("FOLDER", repr(str(Path(root).parent)))).stdout.split()
+    return run(code.replace("FOLDER", repr(str(Path(root).parent)))).stdout.strip().split("|")
 
 
 @pytest.fixture
 def warm_cache(tmp_path):
     (tmp_path / "toy.py").write_text(TOY)
     root = tmp_path / "kernels"
-    assert toy(root) == ["False", "14.0", "0"]
-    assert toy(root) == ["True", "14.0", "1"]
+    assert toy(root) == ["14.0", "0", "compiling toy, once after installation"]
+    assert toy(root) == ["14.0", "1"]
     return root
 
 
@@ -173,9 +180,9 @@ def test_a_damaged_cache_is_made_anew(warm_cache, ending, how):
     assert files
     for file in files:
         damage(file, how)
-    assert toy(warm_cache)[1:] == ["14.0", "0"]
+    assert toy(warm_cache)[:2] == ["14.0", "0"]
     # And the new cache is sound.
-    assert toy(warm_cache) == ["True", "14.0", "1"]
+    assert toy(warm_cache) == ["14.0", "1"]
 
 
 def test_the_command_survives_a_damaged_cache(tmp_path):
@@ -193,7 +200,10 @@ def test_without_a_place_for_the_cache_kernels_still_run(tmp_path):
     (tmp_path / "toy.py").write_text(TOY)
     obstacle = tmp_path / "file"
     obstacle.write_text("keep me")
-    assert toy(obstacle) == ["False", "14.0", "0"]
+    for _ in range(2):
+        result, hits, said = toy(obstacle)
+        assert (result, hits) == ("14.0", "0")
+        assert said.startswith("compiling toy, at every start")
     assert run(REAL.replace("ROOT", repr(str(obstacle / "below")))).stderr == ""
     assert obstacle.read_text() == "keep me"
 
@@ -212,6 +222,14 @@ def test_the_cache_forgets_old_versions_only(warm_cache):
     assert not old.exists()
     assert recent.exists()
     assert foreign.read_text() == "mine"
+
+
+def test_a_cache_that_is_used_is_not_forgotten(warm_cache):
+    """Another version, used only now, keeps the one that was written a month ago and is read."""
+    (daily,) = (each for each in warm_cache.iterdir() if each.is_dir())
+    os.utime(daily, (1e9, 1e9))
+    assert toy(warm_cache) == ["14.0", "1"]
+    assert time.time() - daily.stat().st_mtime < 3600.0
 
 
 def test_an_inner_kernel_is_not_called_from_python():

@@ -103,7 +103,7 @@ def test_records_of_an_animation(lab, tmp_path):
 
     structure = found.last[1].structure
     assert "refit_over_timeline" not in [each.name for each in structure.exhibits()]
-    structure.history = found.history
+    structure = structure.with_history(found.history)
     exhibit = next(each for each in structure.exhibits() if each.name == "refit_over_timeline")
     assert exhibit.count == 3
     frame = exhibit.frame(2)

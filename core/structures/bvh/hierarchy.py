@@ -7,6 +7,7 @@ volume is put around each group (:mod:`.fit`).
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import functools
 from collections.abc import Sequence
@@ -44,6 +45,25 @@ MOST_SHAPES = 20_000
 """Volumes that are drawn in their shape, if they are not boxes."""
 
 
+@dataclasses.dataclass(frozen=True)
+class Making:
+    """How a hierarchy was made, over the triangles that it has.
+
+    Attributes
+    ----------
+    rearrangement : Rearrangement or None
+        What the optimiser did, if there is one.
+    figures : dict
+        What the builder and the optimiser say about their work.
+    splits : Splits or None
+        The planes that inner nodes were split by, if the tree is as the builder made it.
+    """
+
+    rearrangement: Rearrangement | None
+    figures: dict[str, Any]
+    splits: Splits | None
+
+
 class BVH(Structure):
     """Hierarchy of bounding volumes.
 
@@ -51,14 +71,11 @@ class BVH(Structure):
     ----------
     parts : (n_references, 6) float64 or None
         Boxes of the parts of triangles that references stand for, if not for whole ones.
-    rearrangement : Rearrangement or None
-        What the optimiser did, if there is one.
-    figures : dict
-        What else there is to say about this tree.
+    making : Making or None
+        None for a tree that was refitted: it was made over triangles that were elsewhere, and
+        nothing of that can be shown over those it has now.
     history : sequence of Moment
         The animation over which the tree was refitted, if it was.
-    splits : Splits or None
-        The planes that inner nodes were split by, if the tree is as the builder made it.
     """
 
     name = "bvh"
@@ -72,13 +89,21 @@ class BVH(Structure):
     BYTES_PER_REFERENCE = 230
     """What spatial splits take beside that for every reference they are allowed."""
 
-    def __init__(self, scene: Scene, settings: Any, arrays: Any, triangles: Triangles) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        settings: BVHSettings,
+        arrays: Binary | Wide,
+        triangles: Triangles,
+        *,
+        parts: np.ndarray | None = None,
+        making: Making | None = None,
+        history: Sequence[Moment] = (),
+    ) -> None:
         super().__init__(scene, settings, arrays, triangles)
-        self.parts: np.ndarray | None = None
-        self.rearrangement: Rearrangement | None = None
-        self.figures: dict[str, Any] = {}
-        self.history: Sequence[Moment] = ()
-        self.splits: Splits | None = None
+        self.parts = parts
+        self.making = making
+        self.history = history
 
     @classmethod
     def refuse_too_large(cls, scene: Scene, settings: BVHSettings) -> None:
@@ -97,35 +122,60 @@ class BVH(Structure):
         """Group the triangles, rearrange the tree, fit the volumes."""
         cls.refuse_too_large(scene, settings)
         grouping, rearrangement = group(scene, settings, progress)
-        structure = cls(scene, settings, None, triangles_of(scene, grouping.order))
-        structure.parts, structure.rearrangement = grouping.parts, rearrangement
-        structure.figures = grouping.figures
-        structure.splits = grouping.splits if settings.arity == "2" else None
+        triangles = triangles_of(scene, grouping.order)
+        figures, splits = grouping.figures, grouping.splits
         tree: Tree | WideTree = grouping.tree
         width = np.full(len(tree.size), 2)
         if settings.arity != "2":
-            structure.figures |= {"binary": figures_of_binary(grouping.tree, settings)}
+            figures = figures | {"binary": figures_of_binary(grouping.tree, settings)}
+            splits = None
             tree = widened(grouping.tree, int(settings.arity))
             width = tree.width
         if settings.volume == "aabb":
             volumes = Boxes(tree.boxes)
         else:
             ranges = ranges_of(tree.first, tree.size, width)
-            volumes = fit_all(settings.volume, *structure.referred(*ranges, progress), progress)
+            pieces = referred(triangles.corners, grouping.parts, *ranges, progress)
+            volumes = fit_all(settings.volume, *pieces, progress)
+        arrays: Binary | Wide
         if isinstance(tree, WideTree):
-            structure.arrays = Wide(volumes, tree.first, tree.size, tree.width)
+            arrays = Wide(volumes, tree.first, tree.size, tree.width)
         else:
-            structure.arrays = Binary(volumes, tree.first, tree.size)
-        return structure
+            arrays = Binary(volumes, tree.first, tree.size)
+        making = Making(rearrangement, figures, splits)
+        return cls(scene, settings, arrays, triangles, parts=grouping.parts, making=making)
+
+    @property
+    def is_refitted(self) -> bool:
+        """Whether the tree was made over triangles that were elsewhere."""
+        return self.making is None
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """What else there is to say about this tree."""
+        return {} if self.making is None else self.making.figures
+
+    @property
+    def rearrangement(self) -> Rearrangement | None:
+        """What the optimiser did, if there is one."""
+        return None if self.making is None else self.making.rearrangement
+
+    @property
+    def splits(self) -> Splits | None:
+        """The planes that inner nodes were split by, if the tree is as the builder made it."""
+        return None if self.making is None else self.making.splits
+
+    def with_history(self, history: Sequence[Moment]) -> BVH:
+        """Return the same tree with an animation over which one like it was refitted."""
+        told = copy.copy(self)
+        told.history = history
+        return told
 
     def referred(
         self, begin: np.ndarray, end: np.ndarray, progress: Progress = SILENT
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return triangles, and the ranges of them that ranges of references stand for."""
-        if self.parts is None:
-            return self.triangles.corners, begin, end
-        pieces = pieces_of(self.triangles.corners, self.parts, progress)
-        return pieces.corners, pieces.offsets[begin], pieces.offsets[end]
+        return referred(self.triangles.corners, self.parts, begin, end, progress)
 
     def width(self) -> np.ndarray:
         """Return how many children every node has, (n_nodes,) int."""
@@ -207,9 +257,40 @@ class BVH(Structure):
         """Return what there is to show of the tree and of how it was built."""
         return exhibits_of(self)
 
+    @property
+    def exhibits_left_out(self) -> str:
+        """Why nothing is shown of how the tree was built, if so."""
+        if not self.is_refitted:
+            return ""
+        return (
+            "Exhibits of the building are left out: the tree was refitted, and what decided over "
+            "it was elsewhere. Build to see them"
+        )
+
     def validate(self) -> list[str]:
         """Check that leaves partition the references and that volumes contain what is below."""
         return violations_of(self)
+
+
+def referred(
+    corners: np.ndarray,
+    parts: np.ndarray | None,
+    begin: np.ndarray,
+    end: np.ndarray,
+    progress: Progress,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return triangles, and the ranges of them that ranges of references stand for.
+
+    Parameters
+    ----------
+    corners : (n_references, 3, 3) float64
+    parts : (n_references, 6) float64 or None
+        Boxes of the parts that references stand for, if not for whole triangles.
+    """
+    if parts is None:
+        return corners, begin, end
+    pieces = pieces_of(corners, parts, progress)
+    return pieces.corners, pieces.offsets[begin], pieces.offsets[end]
 
 
 def group(

@@ -70,7 +70,8 @@ def look_at_candidates(rule, count, depth):
 def has_curves(bvh: BVH) -> bool:
     """Say whether the nodes are those that the builder split, and by cost."""
     settings = bvh.settings
-    return settings.builder in RULES and settings.optimise == "none" and settings.arity == "2"
+    as_split = settings.optimise == "none" and settings.arity == "2" and not bvh.is_refitted
+    return settings.builder in RULES and as_split
 
 
 def split_curve(bvh: BVH, node: int, builder: str = "") -> SplitCurve:

@@ -23,19 +23,29 @@ if TYPE_CHECKING:
 
 
 def exhibits_of(bvh: BVH) -> list[Exhibit]:
-    """Return what there is to show of a hierarchy and of how it was built."""
-    return [
+    """Return what there is to show of a hierarchy and of how it was built.
+
+    What explains the building runs it once more, over the triangles the tree has now. Of one that
+    was refitted those are elsewhere, and other decisions than the tree's would be shown.
+    """
+    of_tree = [
         levels(bvh),
         kdop_levels(bvh),
         split_planes(bvh),
-        *cost_curve(bvh),
-        *parallel_exhibits(bvh),
         nodes_not_paying(bvh),
         overlapping_siblings(bvh),
         volume_efficiency(bvh),
+    ]
+    if bvh.history:
+        of_tree.append(refit_over_timeline(bvh))
+    if bvh.is_refitted:
+        return of_tree
+    return [
+        *of_tree,
+        *cost_curve(bvh),
+        *parallel_exhibits(bvh),
         *morton_exhibits(bvh),
         *ploc_exhibits(bvh),
         *rearranging_exhibits(bvh),
         *spatial_splits(bvh),
-        *([refit_over_timeline(bvh)] if bvh.history else []),
     ]
