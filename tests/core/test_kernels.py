@@ -143,7 +143,7 @@ raise SystemExit(main(["evaluate", "sample:tetra:depth=2", "--structure", "bvh",
 
 
 def toy(root):
-    """Return result, cache hits and what is announced, of toy kernels with their cache at `root`."""
+    """Return result, cache hits, announcements of the toy kernels, with their cache at `root`."""
     code = SMALL.replace("ROOT", repr(str(root)))
     return run(code.replace("FOLDER", repr(str(Path(root).parent)))).stdout.strip().split("|")
 
