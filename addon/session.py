@@ -232,29 +232,36 @@ class Session:
         look = self.snapshot.look
         if look.owner != context.scene.session_uid:
             return Status(False, "Built over another scene of this file")
-        root = context.scene.accelscope
-        if root.scope != look.scope:
-            return Status(False, "Out of date: the scope was changed")
-        try:
-            structure, settings = properties.structure_and_settings(root)
-        except InputError as error:
-            return Status(False, f"Out of date: {error}")
-        if structure is not type(self.built.structure):
-            return Status(False, f"Out of date: {self.built.structure.label} was built")
-        if settings != self.built.structure.settings:
-            return Status(False, "Out of date: the settings were changed")
         if at_once:
             depsgraph = context.evaluated_depsgraph_get()
             if not look.is_settled_for(depsgraph.view_layer):
                 look.compare(depsgraph)
-        elif not look.is_settled_for(context.view_layer):
-            if _is_playing():
-                return Status(False, "Compared with the scene when the animation stops")
+        is_settled = look.is_settled_for(context.view_layer)
+        if not is_settled:
             compare_soon()
-            return Status(False, "Comparing with the scene...")
-        if look.change:
-            return Status(False, f"Out of date: {look.change}")
-        return Status(True, "Up to date")
+        reason = look.change if is_settled and look.change else self._other_settings(context)
+        if reason:
+            return Status(False, f"Out of date: {reason}")
+        if is_settled:
+            return Status(True, "Up to date")
+        if _is_playing():
+            return Status(False, "Compared with the scene when the animation stops")
+        return Status(False, "Comparing with the scene...")
+
+    def _other_settings(self, context: bpy.types.Context) -> str:
+        """Return in which way the settings are not those that were built with; "" if they are."""
+        assert self.built is not None
+        assert self.snapshot is not None
+        root = context.scene.accelscope
+        if root.scope != self.snapshot.look.scope:
+            return "the scope was changed"
+        try:
+            structure, settings = properties.structure_and_settings(root)
+        except InputError as error:
+            return str(error)
+        if structure is not type(self.built.structure):
+            return f"{self.built.structure.label} was built"
+        return "" if settings == self.built.structure.settings else "the settings were changed"
 
     def has_links(self) -> bool:
         """Say whether the structure links leaves to their neighbours."""
