@@ -1,4 +1,4 @@
-"""Bake: cells and ray paths as real mesh objects, to keep, to render and to build nodes on."""
+"""Bake: cells as a real mesh object, to keep, to render and to build nodes on."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..core.errors import InputError
 from ..core.memory import refuse_if_too_large
 from ..core.outlines import wires_of
 from .overlay_shader import EMPTY_OPACITY
-from .selection import colour_maximum, coloured_by, visible
+from .selection import colour_maximum, coloured_by, extent_of, visible
 
 if TYPE_CHECKING:  # only the type: its module brings Numba in
     from ..core.structures.cells import Cells
@@ -63,38 +63,12 @@ def bake_cells(context: bpy.types.Context, cells: Cells, display: Any, name: str
     return _edges_object(context, name, wires.points, wires.edges, attributes)
 
 
-def bake_paths(
-    context: bpy.types.Context, segments: np.ndarray, colours: np.ndarray, name: str
-) -> Any:
-    """Make one mesh of line segments, such as ray paths, with their colours on its points.
-
-    Parameters
-    ----------
-    segments : (k, 2, 3) float
-    colours : (k, 4) float
-        sRGB and opacity of each line.
-
-    Returns
-    -------
-    bpy.types.Object
-
-    Raises
-    ------
-    InputError
-        When there is no segment.
-    """
-    if len(segments) == 0:
-        raise InputError("there are no rays to bake; trace some first")
-    edges = np.arange(2 * len(segments), dtype=np.int32)
-    attributes = {"colour": ("FLOAT_COLOR", np.repeat(_linear(colours), 2, axis=0))}
-    return _edges_object(context, name, segments, edges, attributes)
-
-
 def _colours(cells: Cells, display: Any) -> np.ndarray:
     """Return the colour of every cell as the overlay shows it, (n, 4), linear."""
-    maximum = colour_maximum(cells, display)
+    extent = extent_of(cells)
+    maximum = colour_maximum(extent, display)
     faint = cells.is_leaf & (cells.count == 0)
-    colouring = coloured_by(cells, display)
+    colouring = coloured_by(extent, display)
     if colouring == "count":
         rgb = count_colours(cells.count, maximum)
         rgb[~cells.is_leaf] = INNER_COLOUR

@@ -4,7 +4,8 @@ Cells are uploaded once, at the first draw after :func:`set_cells`, in three sec
 primitives, inner nodes, empty leaves, each sorted by depth (:mod:`.selection`). So whatever the
 display settings ask for is one run of cells per section, which is drawn with one call; moving a
 slider uploads nothing. The same goes for the planes that cut cells, and for the faces of empty
-leaves; both are uploaded when they are asked for the first time.
+leaves; both are uploaded when they are asked for the first time. All of it comes prepared
+(:mod:`.drawable`): drawing computes nothing that takes longer the more cells there are.
 
 Nothing here holds a reference to Blender's data, so undo, file load and deleted objects do no harm.
 """
@@ -23,8 +24,8 @@ import numpy as np
 from ..core.colours import EMPTY_TINT, INNER_COLOUR, face_opacity
 from . import overlay_shader, overlay_upload, selection
 
-if TYPE_CHECKING:  # only the type: its module brings Numba in
-    from ..core.structures.cells import Cells
+if TYPE_CHECKING:
+    from .drawable import Drawable, Faces, Lines
 
 RAY, EXHIBIT, PLANE = "ray", "exhibit", "plane"
 """Layers of lines. Each is set for itself, and does not push the others out."""
@@ -57,55 +58,53 @@ class _Tools(NamedTuple):
     colours: gpu.types.GPUTexture
 
 
+class _LinesOnCard(NamedTuple):
+    """Lines whose ends and steps are textures, see :class:`.drawable.Lines`."""
+
+    ends: gpu.types.GPUTexture
+    steps: gpu.types.GPUTexture
+    starts: np.ndarray
+
+
 class _Drawn:
     """The cells to draw, and what of them is on the graphics card: each part once it is needed."""
 
-    def __init__(self, cells: Cells) -> None:
-        self.cells = cells
-        self.sections = selection.sections_of(cells)
-        if cells.planes is not None:
-            self.plane_depth = cells.depth[cells.planes.owners[: selection.MAXIMUM_FILLED]]
+    def __init__(self, drawable: Drawable) -> None:
+        self.drawable = drawable
 
-    @cached_property
-    def steps(self) -> overlay_upload.Steps:
-        """When cells were made and divided."""
-        return overlay_upload.steps_of(self.cells)
-
-    @cached_property
-    def surface(self) -> float:
-        """The surface of the box around all cells."""
-        x, y, z = self.cells.boxes[:, 3:].max(axis=0) - self.cells.boxes[:, :3].min(axis=0)
-        return float(2.0 * (x * y + y * z + z * x))
-
-    @cached_property
-    def lines(self) -> overlay_upload.Lines:
-        """The edges of all cells, in the order of the sections."""
+    def _lines(self, lines: Lines) -> _LinesOnCard:
         _overlay.uploads += 1
-        return overlay_upload.cell_lines(self.cells, self.sections.order, self.steps)
+        textures = overlay_upload.texture(lines.ends), overlay_upload.texture(lines.steps)
+        return _LinesOnCard(*textures, lines.starts)
+
+    def _faces(self, faces: Faces) -> gpu.types.GPUTexture:
+        _overlay.uploads += 1
+        return overlay_upload.texture(faces.corners)
 
     @cached_property
-    def plane_lines(self) -> overlay_upload.Lines:
+    def boxes(self) -> _LinesOnCard:
+        """The cells that are boxes, in the order of the sections."""
+        return self._lines(self.drawable.boxes)
+
+    @cached_property
+    def edges(self) -> _LinesOnCard:
+        """The edges of those that are not."""
+        return self._lines(self.drawable.edges)
+
+    @cached_property
+    def plane_lines(self) -> _LinesOnCard:
         """The outlines of the planes."""
-        _overlay.uploads += 1
-        return overlay_upload.plane_lines(self.cells, self.steps, len(self.plane_depth))
+        return self._lines(self.drawable.plane_lines)
 
     @cached_property
-    def plane_faces(self) -> overlay_upload.Faces:
+    def plane_faces(self) -> gpu.types.GPUTexture:
         """The planes."""
-        _overlay.uploads += 1
-        return overlay_upload.plane_faces(self.cells, self.steps, len(self.plane_depth))
+        return self._faces(self.drawable.plane_faces)
 
     @cached_property
-    def empty(self) -> np.ndarray:
-        """Places of the empty leaves that may be tinted."""
-        _, first, last = self.sections.ends
-        return self.sections.order[first:last][: selection.MAXIMUM_FILLED]
-
-    @cached_property
-    def empty_faces(self) -> overlay_upload.Faces:
-        """The faces of those leaves."""
-        _overlay.uploads += 1
-        return overlay_upload.cell_faces(self.cells, self.empty, self.steps)
+    def empty_faces(self) -> gpu.types.GPUTexture:
+        """The faces of empty leaves."""
+        return self._faces(self.drawable.empty_faces)
 
 
 class _Layer:
@@ -164,10 +163,10 @@ def disable() -> None:
         set_lines(layer, None)
 
 
-def set_cells(cells: Cells | None) -> None:
+def set_cells(drawable: Drawable | None) -> None:
     """Show these cells from the next draw on, or none."""
     _overlay.failed = False
-    _overlay.drawn = None if cells is None else _Drawn(cells)
+    _overlay.drawn = None if drawable is None else _Drawn(drawable)
     tag_redraw()
 
 
@@ -219,7 +218,7 @@ def shown_text(display: Any) -> str:
     drawn = _overlay.drawn
     if drawn and _overlay.cells_hidden:
         return "cells hidden while an exhibit is shown"
-    return selection.shown_text(drawn.cells, drawn.sections, display) if drawn else "no cells"
+    return selection.shown_text(drawn.drawable, display) if drawn else "no cells"
 
 
 # ---------------------------------------------------------------------------------- drawing
@@ -296,78 +295,91 @@ def draw(display: Any, pixel_size: float = 1.0) -> None:
 
 def _draw_faces(tools: _Tools, drawn: _Drawn, display: Any) -> None:
     """Draw the planes, and the faces of empty leaves."""
-    cells = drawn.cells
-    if display.planes and cells.planes is not None:
-        run = selection.depth_run(drawn.plane_depth, display)
+    drawable = drawn.drawable
+    if display.planes:
+        run = selection.depth_run(drawable.plane_faces.depth, display)
         if run[1] > run[0]:
-            by_count = selection.coloured_by(cells, display) == "count"
-            colour = INNER_COLOUR if by_count else None
-            _draw_some_faces(tools, drawn, display, drawn.plane_faces, run, PLANE_COVER, colour)
+            by_count = selection.coloured_by(drawable.extent, display) == "count"
+            shader = _bind_faces(tools, drawable, drawable.plane_faces, display, PLANE_COVER)
+            if by_count:
+                _set_plain_colour(shader, INNER_COLOUR)
+            shader.uniform_sampler("faces", drawn.plane_faces)
+            _draw_run(shader, tools.triangle, drawable.plane_faces.starts, *run)
     if display.tint_empty:
-        run = selection.depth_run(cells.depth[drawn.empty], display)
+        run = selection.depth_run(drawable.empty_faces.depth, display)
         if run[1] > run[0]:
-            _draw_some_faces(tools, drawn, display, drawn.empty_faces, run, TINT_COVER, EMPTY_TINT)
+            shader = _bind_faces(tools, drawable, drawable.empty_faces, display, TINT_COVER)
+            _set_plain_colour(shader, EMPTY_TINT)
+            shader.uniform_sampler("faces", drawn.empty_faces)
+            _draw_run(shader, tools.triangle, drawable.empty_faces.starts, *run)
 
 
-def _draw_some_faces(
-    tools: _Tools,
-    drawn: _Drawn,
-    display: Any,
-    faces: overlay_upload.Faces,
-    run: tuple[int, int],
-    cover: float,
-    colour: tuple[float, float, float] | None,
-) -> None:
-    """Draw a run of faces in one colour, or as cells are coloured."""
+def _bind_faces(
+    tools: _Tools, drawable: Drawable, faces: Faces, display: Any, cover: float
+) -> gpu.types.GPUShader:
+    """Bind the shader of faces, to draw them coloured as cells and so opaque that all `cover`."""
     shader = tools.faces_shader
     shader.bind()
     overlay_shader.set_view(shader)
-    _set_colouring(shader, tools, drawn.cells, display)
-    if colour is not None:
-        shader.uniform_int("coloured_by", overlay_shader.COLOURINGS["plain"])
-    shader.uniform_float("plain_colour", colour or INNER_COLOUR)
-    area = faces.area(*run, selection.step_shown(drawn.cells, display))
-    opacity = face_opacity(area, drawn.surface, cover * display.opacity)
+    _set_colouring(shader, tools, drawable.extent, display)
+    shader.uniform_float("plain_colour", INNER_COLOUR)
+    step = selection.step_shown(drawable.extent, display)
+    area = faces.areas.total(display.depth_min, display.depth_max, step)
+    opacity = face_opacity(area, drawable.surface, cover * display.opacity)
     shader.uniform_float("opacity", opacity)
-    shader.uniform_sampler("faces", faces.faces)
-    _draw_run(shader, tools.triangle, faces.starts, *run)
+    return shader
+
+
+def _set_plain_colour(shader: gpu.types.GPUShader, colour: tuple[float, float, float]) -> None:
+    """Have all faces drawn in one colour."""
+    shader.uniform_int("coloured_by", overlay_shader.COLOURINGS["plain"])
+    shader.uniform_float("plain_colour", colour)
 
 
 def _draw_lines(tools: _Tools, drawn: _Drawn, display: Any, pixel_size: float) -> None:
     """Draw the outlines of planes, and the edges of cells."""
-    cells = drawn.cells
+    drawable = drawn.drawable
     width = display.line_width * pixel_size
     shader = tools.cells_shader
     shader.bind()
     overlay_shader.set_view(shader, width)
-    _set_colouring(shader, tools, cells, display)
+    _set_colouring(shader, tools, drawable.extent, display)
     shader.uniform_float("opacity", display.opacity * min(width, 1.0))
     shader.uniform_int("leaves_only", 0)
-    if display.planes and cells.planes is not None:
-        first, last = selection.depth_run(drawn.plane_depth, display)
+    if display.planes:
+        first, last = selection.depth_run(drawable.plane_faces.depth, display)
         if last > first:
-            shader.uniform_sampler("cells", drawn.plane_lines.cells)
-            shader.uniform_sampler("steps", drawn.plane_lines.steps)
-            _draw_run(shader, tools.edge, drawn.plane_lines.starts, first, last)
+            _draw_some_lines(shader, tools.edge, drawn.plane_lines, first, last)
 
     shader.uniform_int("leaves_only", display.leaves_only)
-    replayed = selection.step_shown(cells, display) is not None
+    replayed = selection.step_shown(drawable.extent, display) is not None
     # Backwards: what matters most comes last, and so on top.
-    for first, last in reversed(selection.drawn_runs(drawn.sections, display, replayed)):
-        if last > first:
-            shader.uniform_sampler("cells", drawn.lines.cells)
-            shader.uniform_sampler("steps", drawn.lines.steps)
-            shape = tools.cube if drawn.lines.are_boxes else tools.edge
-            _draw_run(shader, shape, drawn.lines.starts, first, last)
+    for first, last in reversed(selection.drawn_runs(drawable.sections, display, replayed)):
+        if drawable.boxes.starts[last] > drawable.boxes.starts[first]:
+            _draw_some_lines(shader, tools.cube, drawn.boxes, first, last)
+        if drawable.edges.starts[last] > drawable.edges.starts[first]:
+            _draw_some_lines(shader, tools.edge, drawn.edges, first, last)
 
 
-def _set_colouring(shader: gpu.types.GPUShader, tools: _Tools, cells: Cells, display: Any) -> None:
+def _draw_some_lines(
+    shader: gpu.types.GPUShader, shape: gpu.types.GPUBatch, lines: _LinesOnCard, first: int,
+    last: int,
+) -> None:  # fmt: skip
+    """Draw the lines of the items first ... last - 1."""
+    shader.uniform_sampler("cells", lines.ends)
+    shader.uniform_sampler("steps", lines.steps)
+    _draw_run(shader, shape, lines.starts, first, last)
+
+
+def _set_colouring(
+    shader: gpu.types.GPUShader, tools: _Tools, extent: selection.Extent, display: Any
+) -> None:
     """Set the uniforms that say what colours mean, and which step of the building is shown."""
-    step = selection.step_shown(cells, display)
+    step = selection.step_shown(extent, display)
     shader.uniform_int("shown_step", -1 if step is None else step)
-    colouring = selection.coloured_by(cells, display)
+    colouring = selection.coloured_by(extent, display)
     shader.uniform_int("coloured_by", overlay_shader.COLOURINGS[colouring])
-    shader.uniform_float("maximum", float(max(selection.colour_maximum(cells, display), 1)))
+    shader.uniform_float("maximum", float(max(selection.colour_maximum(extent, display), 1)))
     shader.uniform_sampler("colours", tools.colours)
 
 

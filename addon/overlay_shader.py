@@ -14,9 +14,7 @@ from __future__ import annotations
 import gpu
 
 from ..core.colours import INNER_COLOUR, NEWEST_COLOUR
-
-TEXTURE_WIDTH = 4092
-"""Texels in a row of a texture: a multiple of two and three that every graphics card can hold."""
+from .drawable import TEXTURE_WIDTH
 
 RAMP_SIZE = 256
 """Colours in the texture of the ramp."""

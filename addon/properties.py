@@ -16,13 +16,13 @@ from bpy.props import (
     BoolProperty,
     EnumProperty,
     FloatProperty,
-    IntProperty,
     PointerProperty,
     StringProperty,
 )
 
 from . import extraction, overlay
 from .generated import enum_of, group_type, properties_of, read
+from .ranges import range_properties
 from .split_plane import SplitPlaneSettings
 
 COLOURINGS = {
@@ -127,10 +127,42 @@ def _set_exhibit(group: Any, number: int) -> None:
 
 def event_shown(root: Any) -> int | None:
     """Return the event up to which the recorded ray is shown; None shows the whole walk."""
+    return root.event if root.step_events and _last_event(root) is not None else None
+
+
+def _last_event(root: Any) -> int | None:
     from . import session
 
     steps = session.current.steps
-    return min(root.event, len(steps) - 1) if root.step_events and steps else None
+    return len(steps) - 1 if steps else None
+
+
+def _last_ray(root: Any) -> int | None:
+    from . import session
+
+    traced = session.current.traced
+    return None if traced is None else len(traced.rays) - 1
+
+
+def _last_frame(group: Any) -> int | None:
+    from . import session
+
+    exhibit = session.current.showcase.chosen(group)
+    return None if exhibit is None else exhibit.count - 1
+
+
+def _deepest(group: Any) -> int | None:
+    from . import session
+
+    drawable = session.current.drawable
+    return None if drawable is None else drawable.extent.deepest
+
+
+def _last_step(group: Any) -> int | None:
+    from . import session
+
+    drawable = session.current.drawable
+    return None if drawable is None else drawable.extent.last_step
 
 
 def _display_properties() -> dict[str, Any]:
@@ -140,13 +172,13 @@ def _display_properties() -> dict[str, Any]:
             name="Show Cells", description="Draw the cells over the scene", default=True,
             update=_redraw,
         ),
-        "depth_min": IntProperty(
-            name="Depth Min", description="Least depth of the cells drawn; the root has depth 0",
-            default=0, min=0, soft_max=32, max=1000, update=_redraw,
+        **range_properties(
+            "depth_min", _deepest, label="Depth Min",
+            description="Least depth of the cells drawn; the root has depth 0", update=_redraw,
         ),
-        "depth_max": IntProperty(
-            name="Max", description="Largest depth of the cells drawn",
-            default=100, min=0, soft_max=32, max=1000, update=_redraw,
+        **range_properties(
+            "depth_max", _deepest, label="Max", default=100, open_end=True,
+            description="Largest depth of the cells drawn", update=_redraw,
         ),
         "leaves_only": BoolProperty(
             name="Leaves Only", description="Leave out inner nodes", default=False, update=_redraw,
@@ -168,10 +200,10 @@ def _display_properties() -> dict[str, Any]:
             name="Replay", description="Show the building up to one of its steps",
             default=False, update=_redraw,
         ),
-        "step": IntProperty(
-            name="Build Step",
+        **range_properties(
+            "step", _last_step, label="Build Step",
             description="Step of the building; the cells it made are white. Step 0 is the root",
-            default=0, min=0, update=_redraw,
+            update=_redraw,
         ),
         "opacity": FloatProperty(
             name="Opacity", description="Opacity of edges; tints and planes follow it",
@@ -203,9 +235,9 @@ def _exhibit_properties() -> dict[str, Any]:
             name="Exhibit", description="What is shown of the structure and of its building",
             items=_list_exhibits, get=_get_exhibit, set=_set_exhibit,
         ),
-        "frame": IntProperty(
-            name="Frame", description="Frame of the exhibit; the first is 0",
-            default=0, min=0, update=_show_exhibit,
+        **range_properties(
+            "frame", _last_frame, label="Frame",
+            description="Frame of the exhibit; the first is 0", update=_show_exhibit,
         ),
         "alone": BoolProperty(
             name="Hide Cells", description="Leave out the cells while an exhibit is shown",
@@ -271,17 +303,17 @@ def load() -> None:
         "display": PointerProperty(type=make("display", _display_properties())),
         "exhibits": PointerProperty(type=make("exhibits", _exhibit_properties())),
         "split_plane": PointerProperty(type=make("split_plane", _split_plane_properties())),
-        "ray_index": IntProperty(
-            name="Ray", description="Number of the ray to step through; the first is 0",
-            default=0, min=0,
+        **range_properties(
+            "ray_index", _last_ray, label="Ray",
+            description="Number of the ray to step through; the first is 0",
         ),
         "step_events": BoolProperty(
             name="Event by Event", description="Show the recorded walk up to one of its events",
             default=False, update=_redraw_ray,
         ),
-        "event": IntProperty(
-            name="Event", description="Event of the recorded walk; the first is 0",
-            default=0, min=0, update=_redraw_ray,
+        **range_properties(
+            "event", _last_event, label="Event",
+            description="Event of the recorded walk; the first is 0", update=_redraw_ray,
         ),
     }  # fmt: skip
     bpy.types.Scene.accelscope_settings = PointerProperty(type=make("root", root))

@@ -2,27 +2,73 @@
 
 Cells are kept in three sections: leaves with primitives, inner nodes, empty leaves, each sorted by
 depth. So whatever the settings ask for is one run of cells per section.
+
+The panel and the overlay ask at every redraw, so all they ask is looked up in what was counted
+once, when the cells were made ready (:mod:`.drawable`). Only :func:`visible` goes through them all.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..core.outlines import division_steps
-
-if TYPE_CHECKING:  # only the type: its module brings Numba in
+if TYPE_CHECKING:  # only the types: the module of cells brings Numba in
     from ..core.structures.cells import Cells
+    from .drawable import Drawable
 
 MAXIMUM_DRAWN = 500_000
 """Cells drawn at most; of more, leaves come first, then inner nodes, then the shallow ones."""
 
-MAXIMUM_HELD = 4_000_000
-"""Cells uploaded at most, 32 bytes each."""
+MAXIMUM_HELD = 2_000_000
+"""Cells uploaded at most, 32 bytes each; of more, every section has its shallow ones."""
+
+MAXIMUM_CORNERS = 4_000_000
+"""Corners of the faces of those that are no boxes: no more edges than that, 32 bytes each."""
+
+NEVER = 10**9
+"""A step of the building that never comes; single precision holds it."""
 
 MAXIMUM_FILLED = 50_000
 """Empty leaves tinted and planes drawn at most: the shallow ones. More of them are a fog."""
+
+
+# ------------------------------------------------------------------------- what is counted once
+
+
+class Extent(NamedTuple):
+    """How far cells go: what colours, and the fields of the panel, range over.
+
+    Attributes
+    ----------
+    deepest : int
+        Depth of the deepest cell.
+    largest : int
+        Primitives in the fullest leaf.
+    last_step : int or None
+        Last step of the building; None where nobody knows the steps.
+    depths, first_steps : (levels,) int
+        All depths there are, and the step in which the first cell of each is made.
+    """
+
+    deepest: int
+    largest: int
+    last_step: int | None
+    depths: np.ndarray
+    first_steps: np.ndarray
+
+
+def extent_of(cells: Cells) -> Extent:
+    """Go through cells and note how far they go."""
+    starts = np.flatnonzero(np.diff(cells.depth, prepend=-1))
+    depths = cells.depth[starts]
+    last_step, first_steps = None, np.zeros(len(starts), dtype=np.int64)
+    if len(cells) and cells.divided is not None:
+        order = cells.extra["order"]
+        last_step, first_steps = int(order.max()), np.minimum.reduceat(order, starts)
+    deepest, largest = (int(values.max(initial=0)) for values in (depths, cells.count))
+    return Extent(deepest, largest, last_step, depths, first_steps)
 
 
 class Sections(NamedTuple):
@@ -47,12 +93,70 @@ class Sections(NamedTuple):
 
 
 def sections_of(cells: Cells) -> Sections:
-    """Sort cells into the three sections; within each they stay sorted by depth."""
+    """Sort cells into the three sections; within each they stay sorted by depth.
+
+    Of more cells than the graphics card is to hold, each section keeps its first ones.
+    """
     empty = is_empty(cells)
     parts = [np.flatnonzero(part) for part in (cells.is_leaf & ~empty, ~cells.is_leaf, empty)]
-    order = np.concatenate(parts)[:MAXIMUM_HELD]
-    ends = np.minimum(np.cumsum([len(part) for part in parts]), len(order))
-    return Sections(order, cells.depth[order], ends, len(cells))
+    sizes = shares([len(part) for part in parts], MAXIMUM_HELD)
+    parts = [part[:size] for part, size in zip(parts, sizes, strict=True)]
+    if cells.faces is not None:
+        corners = np.zeros(len(cells), dtype=np.int64)
+        np.add.at(corners, cells.faces.owners, np.diff(cells.faces.offsets))
+        sums = [np.cumsum(corners[part]) for part in parts]
+        most = shares([int(each[-1]) if len(each) else 0 for each in sums], MAXIMUM_CORNERS)
+        sizes = [int(np.searchsorted(*pair, side="right")) for pair in zip(sums, most, strict=True)]
+        parts = [part[:size] for part, size in zip(parts, sizes, strict=True)]
+    order = np.concatenate(parts)
+    return Sections(order, cells.depth[order], np.cumsum([len(part) for part in parts]), len(cells))
+
+
+def shares(sizes: Sequence[int], most: int) -> list[int]:
+    """Divide `most` among parts: none gets more than its size, and what it leaves, others get."""
+    given, left = [0] * len(sizes), most
+    for rank, part in enumerate(np.argsort(sizes, kind="stable").tolist()):
+        given[part] = min(sizes[part], left // (len(sizes) - rank))
+        left -= given[part]
+    return given
+
+
+class Tally:
+    """Sums over cells by their depth and a step: of a range of depths, up to a step.
+
+    A sum is looked up level by level, however many cells there are.
+
+    Parameters
+    ----------
+    depth, step : (n,) int
+        Of each cell; steps from 0.
+    weight : (n,) float64, optional
+        What is summed up; otherwise cells are counted.
+    """
+
+    def __init__(
+        self, depth: np.ndarray, step: np.ndarray, weight: np.ndarray | None = None
+    ) -> None:
+        # Steps that never come are not looked for.
+        self._span = int(step[step < NEVER].max(initial=0)) + 2
+        keys = depth.astype(np.int64) * self._span + np.minimum(step, self._span - 1)
+        order = np.argsort(keys, kind="stable")
+        self._keys = keys[order]
+        self._levels = np.unique(depth).astype(np.int64)
+        weights = np.ones(len(keys)) if weight is None else weight[order]
+        self._sums = np.concatenate([[0.0], np.cumsum(weights)])
+
+    def total(self, low: int, high: int, step: int | None = None) -> float:
+        """Return the sum over depths `low` to `high` and steps 0 to `step`, or all that come."""
+        last = self._span - 2 if step is None else min(step, self._span - 2)
+        levels = self._levels[np.searchsorted(self._levels, low) :] * self._span
+        levels = levels[: np.searchsorted(levels, high * self._span, side="right")]
+        begins = np.searchsorted(self._keys, levels)
+        ends = np.searchsorted(self._keys, levels + last, side="right")
+        return float((self._sums[ends] - self._sums[begins]).sum())
+
+
+# ------------------------------------------------------------------------------- what is shown
 
 
 def is_empty(cells: Cells) -> np.ndarray:
@@ -60,19 +164,18 @@ def is_empty(cells: Cells) -> np.ndarray:
     return cells.is_leaf & (cells.count == 0)
 
 
-def step_shown(cells: Cells, display: Any) -> int | None:
+def step_shown(extent: Extent, display: Any) -> int | None:
     """Return the step of the building up to which cells are shown; None shows all of them."""
-    return display.step if display.replay and "order" in cells.extra else None
+    return display.step if display.replay and extent.last_step is not None else None
 
 
 def visible(cells: Cells, display: Any) -> np.ndarray:
     """Return which cells the display settings let through, (n,) bool."""
     shown = (cells.depth >= display.depth_min) & (cells.depth <= display.depth_max)
-    step = step_shown(cells, display)
     is_leaf = cells.is_leaf
-    if step is not None:
-        shown &= cells.extra["order"] <= step
-        is_leaf = division_steps(cells) > step  # not divided yet
+    if display.replay and cells.divided is not None:
+        shown &= cells.extra["order"] <= display.step
+        is_leaf = cells.divided > display.step  # not divided yet
     if display.leaves_only:
         shown &= is_leaf
     if display.hide_empty:
@@ -106,58 +209,71 @@ def runs(sections: Sections, display: Any, replayed: bool = False) -> list[tuple
 
 
 def drawn_runs(sections: Sections, display: Any, replayed: bool = False) -> list[tuple[int, int]]:
-    """Return the runs cut to MAXIMUM_DRAWN cells in all."""
-    left = MAXIMUM_DRAWN
-    found = []
-    for first, last in runs(sections, display, replayed):
-        last = min(last, first + left)
-        left -= last - first
-        found.append((first, last))
-    return found
+    """Return the runs cut to MAXIMUM_DRAWN cells in all.
 
-
-def shown_text(cells: Cells, sections: Sections, display: Any) -> str:
-    """Say how many cells are shown: ``"showing 1 203 of 4 096 cells"``."""
-    if step_shown(cells, display) is None:
-        wanted = sum(last - first for first, last in runs(sections, display))
+    While the building is replayed every section keeps its shallow ones, since the first steps are
+    seen by inner nodes only.
+    """
+    wanted = runs(sections, display, replayed)
+    sizes = [last - first for first, last in wanted]
+    if replayed:
+        most = shares(sizes, MAXIMUM_DRAWN)
     else:
-        wanted = int(visible(cells, display).sum())
-    shown = min(wanted, sum(last - first for first, last in drawn_runs(sections, display, True)))
-    text = f"showing {spaced(shown)} of {spaced(sections.total)} cells"
-    if shown < wanted or len(sections.order) < sections.total:
+        before = np.cumsum([0, *sizes[:-1]])
+        most = np.clip(MAXIMUM_DRAWN - before, 0, sizes).tolist()
+    return [(first, first + size) for (first, _), size in zip(wanted, most, strict=True)]
+
+
+def coloured_by(extent: Extent, display: Any) -> str:
+    """Return what colours mean: "depth", "count" or "order".
+
+    Counts not only by choice, but also where all cells have the same depth.
+    """
+    if display.colour_by == "order" and extent.last_step is not None:
+        return "order"
+    return "count" if extent.deepest == 0 or display.colour_by == "count" else "depth"
+
+
+def colour_maximum(extent: Extent, display: Any) -> int:
+    """Return the depth, count or step that gets the last colour of the ramp.
+
+    The depth only up to the deepest that is shown: a few levels take the whole ramp.
+    """
+    by = coloured_by(extent, display)
+    if by == "count":
+        return extent.largest
+    if by == "order":
+        return extent.last_step or 0
+    step, deepest = step_shown(extent, display), extent.deepest
+    if step is not None:
+        deepest = int(extent.depths[extent.first_steps <= step].max(initial=0))
+    return max(min(deepest, display.depth_max), 0)
+
+
+# ------------------------------------------------------------------------------------- in words
+
+
+def shown_text(drawable: Drawable, display: Any) -> str:
+    """Say how many cells are shown: ``"showing 1 203 of 4 096 cells"``, and what is left out."""
+    sections, extent = drawable.sections, drawable.extent
+    wanted = drawable.wanted(display)
+    replayed = step_shown(extent, display) is not None
+    drawn = sum(last - first for first, last in drawn_runs(sections, display, replayed))
+    text = f"showing {spaced(min(wanted, drawn))} of {spaced(sections.total)} cells"
+    if len(sections.order) < sections.total:
+        text += f" (at most {spaced(len(sections.order))} are kept)"
+    elif drawn < wanted:
         text += f" (at most {spaced(MAXIMUM_DRAWN)} are drawn)"
-    if display.tint_empty and int(is_empty(cells).sum()) > MAXIMUM_FILLED:
-        text += f", tinting {spaced(MAXIMUM_FILLED)}"
-    if display.planes and cells.planes is not None and len(cells.planes.owners) > MAXIMUM_FILLED:
-        text += f", with {spaced(MAXIMUM_FILLED)} planes"
+    if drawable.n_shaped and drawable.n_shaped < len(sections.order):
+        text += f"; the {spaced(drawable.n_shaped)} nearest to the root in their shape, "
+        text += "deeper ones as the boxes around them"
+    if display.tint_empty and drawable.n_empty > MAXIMUM_FILLED:
+        text += f"; tinting {spaced(MAXIMUM_FILLED)} of {spaced(drawable.n_empty)} empty leaves"
+    if display.planes and drawable.n_planes > MAXIMUM_FILLED:
+        text += f"; with {spaced(MAXIMUM_FILLED)} of {spaced(drawable.n_planes)} planes"
     return text
 
 
 def spaced(number: int) -> str:
     """Return a number with a space between thousands."""
     return f"{number:,}".replace(",", " ")
-
-
-def coloured_by(cells: Cells, display: Any) -> str:
-    """Return what colours mean: "depth", "count" or "order".
-
-    Counts not only by choice, but also where all cells have the same depth.
-    """
-    if display.colour_by == "order" and "order" in cells.extra:
-        return "order"
-    flat = int(cells.depth.max(initial=0)) == 0
-    return "count" if flat or display.colour_by == "count" else "depth"
-
-
-def colour_maximum(cells: Cells, display: Any) -> int:
-    """Return the depth, count or step that gets the last colour of the ramp.
-
-    The depth only up to the deepest that is shown: a few levels take the whole ramp.
-    """
-    by = coloured_by(cells, display)
-    if by == "depth":
-        step = step_shown(cells, display)
-        depth = cells.depth if step is None else cells.depth[cells.extra["order"] <= step]
-        return max(min(int(depth.max(initial=0)), display.depth_max), 0)
-    values = cells.count if by == "count" else cells.extra["order"]
-    return int(values.max(initial=0))

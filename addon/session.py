@@ -18,7 +18,9 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
+from ..core.progress import SILENT, Progress
 from . import extraction, generated, jobs, overlay, properties
+from .drawable import Drawable, make_drawable
 from .showcase import Showcase
 from .snapshot import Look, Snapshot
 from .split_plane import SplitPlaneSettings, SplitView
@@ -53,24 +55,32 @@ class Outcome(NamedTuple):
 
     snapshot: Snapshot
     built: Built
-    cells: Cells
+    drawable: Drawable
     record: dict[str, Any]
     exhibits: list[Exhibit]
 
     @classmethod
-    def of(cls, snapshot: Snapshot, built: Built, **more: Any) -> Outcome:
+    def of(
+        cls, snapshot: Snapshot, built: Built, progress: Progress = SILENT, **more: Any
+    ) -> Outcome:
         """Compute all of it; runs in any thread.
 
         Parameters
         ----------
         **more
             What the record has in front.
+
+        Raises
+        ------
+        Cancelled
+            From `progress`.
         """
         from ..core.evaluation.experiment import make_record
 
         structure = built.structure
         record = more | make_record(built, None)
-        return cls(snapshot, built, structure.cells(), record, structure.exhibits())
+        drawable = make_drawable(structure.cells(), progress)
+        return cls(snapshot, built, drawable, record, structure.exhibits())
 
 
 @dataclass
@@ -82,8 +92,8 @@ class Session:
     snapshot : Snapshot
         What was built over.
     built : Built
-    cells : Cells
-        What the overlay draws.
+    drawable : Drawable
+        Its cells, as the overlay draws them.
     record : dict
         The figures, those of the traced rays included.
     traced : Traced
@@ -107,7 +117,7 @@ class Session:
 
     snapshot: Snapshot | None = None
     built: Built | None = None
-    cells: Cells | None = None
+    drawable: Drawable | None = None
     record: dict[str, Any] | None = None
     traced: Traced | None = None
     steps: Steps | None = None
@@ -130,9 +140,9 @@ class Session:
     def set_built(self, outcome: Outcome) -> None:
         """Replace everything by a new structure, and draw it."""
         view = SplitView(outcome.built.structure.scene)
-        overlay.set_cells(outcome.cells)
+        overlay.set_cells(outcome.drawable)
         self.snapshot, self.built = outcome.snapshot, outcome.built
-        self.cells, self.record = outcome.cells, outcome.record
+        self.drawable, self.record = outcome.drawable, outcome.record
         self.traced, self.timeline = None, []
         self.showcase = Showcase(outcome.exhibits)
         self.split_view = view
@@ -181,11 +191,14 @@ class Session:
             bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
 
     def show_plane(self, context: bpy.types.Context) -> None:
-        """Draw the plane that the panel asks for, or none."""
-        if self.split_view is not None:
-            group = context.scene.accelscope.split_plane
-            settings = generated.read(group, SplitPlaneSettings, "split plane")
-            self.split_view.draw(settings if group.show else None)
+        """Draw the plane that the panel asks for, or none; the first of an axis starts a job."""
+        if self.split_view is None:
+            return
+        group = context.scene.accelscope.split_plane
+        settings = generated.read(group, SplitPlaneSettings, "split plane")
+        drawn = self.split_view.draw(settings if group.show else None)
+        if not drawn and jobs.running() is None:
+            bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
 
     def _walk(self) -> Walk:
         from ..core.evaluation.ray_path import Walk
@@ -211,12 +224,17 @@ class Session:
         """Drop all results and stop drawing."""
         if self.built is not None:
             overlay.disable()
-        self.snapshot = self.built = self.cells = self.record = self.traced = None
+        self.snapshot = self.built = self.drawable = self.record = self.traced = None
         self.showcase, self.split_view = Showcase(), None
         self.timeline, self.watched = [], []
         self._forget_paths()
 
     # Asking.
+
+    @property
+    def cells(self) -> Cells | None:
+        """The cells of the structure; None before the first build."""
+        return None if self.drawable is None else self.drawable.cells
 
     def status(self, context: bpy.types.Context, at_once: bool = True) -> Status:
         """Say whether the structure is that of the scene and the settings as they are now.

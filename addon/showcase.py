@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from . import overlay
 
 if TYPE_CHECKING:  # importing it for real would import the structures, and Numba with them
+    from ..core.progress import Progress
     from ..core.structures.exhibits import Exhibit, Frame
 
 MOST_KEPT = 64
@@ -58,12 +59,18 @@ class Showcase:
         exhibit = self.chosen(group)
         if exhibit is None or not group.show:
             return None
-        return Key(exhibit.name, min(group.frame, exhibit.count - 1))
+        return Key(exhibit.name, group.frame)
 
-    def make(self, key: Key) -> Frame:
-        """Make a frame; may take as long as a build."""
+    def make(self, key: Key, progress: Progress) -> Frame:
+        """Make a frame; may take as long as a build.
+
+        Raises
+        ------
+        Cancelled
+            From `progress`.
+        """
         (exhibit,) = (each for each in self.exhibits if each.name == key.exhibit)
-        return exhibit.frame(key.frame)
+        return exhibit.frame(key.frame, progress)
 
     def keep(self, key: Key, frame: Frame) -> None:
         """Keep a frame that was made."""

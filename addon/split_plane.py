@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +11,9 @@ from ..core.settings import setting
 from . import overlay
 
 if TYPE_CHECKING:  # importing it for real would import the structures, and Numba with them
+    from ..core.progress import Progress
     from ..core.scene import Scene
-    from ..core.structures.bvh.split_plane import SplitPlane
+    from ..core.structures.bvh.split_plane import SortedAxis, SplitPlane
 
 AXES = {"x": "Across x", "y": "Across y", "z": "Across z"}
 
@@ -49,8 +49,13 @@ class SplitPlaneSettings:
 class SplitView:
     """A plane through a scene.
 
+    The triangles are sorted once along each axis that is asked for, which takes a moment
+    (:meth:`make`); then every plane is a matter of a look-up.
+
     Attributes
     ----------
+    axes : dict of str to SortedAxis
+        Those that the triangles have been sorted along.
     plane : SplitPlane or None
         Figures of the plane that is drawn.
     rows : list of (str, str)
@@ -59,32 +64,48 @@ class SplitView:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
+        self.axes: dict[str, SortedAxis] = {}
         self.plane: SplitPlane | None = None
         self.rows: list[tuple[str, str]] = []
 
-    @cached_property
-    def boxes(self) -> np.ndarray:
-        """Boxes of the triangles, (n, 6) float64."""
+    def wanted(self, group: Any) -> str | None:
+        """Return the axis that the settings ask for; None if no plane is to be shown.
+
+        Parameters
+        ----------
+        group : bpy.types.PropertyGroup
+            ``scene.accelscope.split_plane``.
+        """
+        return group.axis if group.show else None
+
+    def make(self, axis: str, progress: Progress) -> SortedAxis:
+        """Sort the triangles along an axis; of a million that takes a third of a second."""
         from ..core.geometry.box import boxes_of
+        from ..core.structures.bvh.split_plane import sort_along
 
-        return boxes_of(self.scene.triangles)
+        return sort_along(boxes_of(self.scene.triangles), list(AXES).index(axis), progress)
 
-    def draw(self, settings: SplitPlaneSettings | None) -> None:
-        """Draw the plane of some settings, or none."""
+    def draw(self, settings: SplitPlaneSettings | None) -> bool:
+        """Draw the plane of some settings, or none; say whether that was possible.
+
+        It is not while the triangles have still to be sorted: then what is drawn stays.
+        """
         if settings is None:
             self.plane, self.rows = None, []
             overlay.set_lines(overlay.PLANE, None)
-            return
+            return True
+        along = self.axes.get(settings.axis)
+        if along is None:
+            return False
         from ..core.structures.bvh.exhibits.split_plane import frame_of_plane
         from ..core.structures.bvh.split_plane import evaluate_plane
 
         box = np.concatenate([self.scene.lower, self.scene.upper])
-        axis = list(AXES).index(settings.axis)
-        low, high = box[axis], box[3 + axis]
+        low, high = box[along.axis], box[3 + along.axis]
         position = float(low + settings.position * (high - low))
-        what: tuple[Any, ...] = box, axis, position, settings.t_tra, settings.t_tri
-        self.plane = plane = evaluate_plane(self.boxes, *what)
-        frame = frame_of_plane(self.scene.triangles, self.boxes, *what)
+        costs = settings.t_tra, settings.t_tri
+        self.plane = plane = evaluate_plane(along, box, position, *costs)
+        frame = frame_of_plane(self.scene.triangles, along, box, position, *costs)
         overlay.set_lines(overlay.PLANE, frame.segments, frame.colours)
         self.rows = [
             (settings.axis, f"{position:.5g}"),
@@ -95,3 +116,4 @@ class SplitView:
             ("Cost(V -> {L, R})", f"{plane.cost:.1f}"),
             ("Cost(V)", f"{settings.t_tri * len(self.scene):.1f}"),
         ]
+        return True

@@ -6,9 +6,12 @@ edge and bring its ends along each for itself: equal ends are found and joined h
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+from .progress import SILENT, Progress
 
 if TYPE_CHECKING:  # only the types: their module brings Numba in
     from .structures.cells import Cells, Polygons
@@ -28,6 +31,9 @@ SIDES = np.array([(0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1,
 
 JOINED = 1e-7
 """Corners of a polyhedron as near as this share of its size are one."""
+
+AT_ONCE = 1000
+"""Polyhedra whose edges are found together."""
 
 
 class Wires(NamedTuple):
@@ -65,29 +71,44 @@ def box_segments(boxes: np.ndarray) -> np.ndarray:
     return corners_of(boxes)[:, EDGES].reshape(-1, 2, 3)
 
 
-def wires_of(cells: Cells, places: np.ndarray) -> Wires:
+def wires_of(cells: Cells, places: np.ndarray, progress: Progress = SILENT) -> Wires:
     """Return the edges of some cells.
 
     Parameters
     ----------
     places : (k,) int
         Ascending.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
-    shaped, boxes = _by_shape(cells, places)
+    shaped, boxes = by_shape(cells, places)
     points = corners_of(cells.boxes[boxes]).reshape(-1, 3)
     edges = (8 * np.arange(len(boxes))[:, None, None] + EDGES).reshape(-1, 2)
     owners = np.repeat(boxes, 8)
     if cells.faces is None:
         return Wires(points, edges, owners)
-    wires = _joined(_chosen(cells.faces, shaped), cells.boxes)
+    parts = []
+    # Not too many at once: what is sorted should stay in the cache, and a cancel is noticed.
+    for first in range(0, len(shaped), AT_ONCE):
+        progress.report(first, len(shaped), "Finding edges")
+        parts.append(_joined(_chosen(cells.faces, shaped[first : first + AT_ONCE]), cells.boxes))
+    return _all_of([*parts, Wires(points, edges, owners)])
+
+
+def _all_of(parts: Sequence[Wires]) -> Wires:
+    """Return the edges of several lists as one."""
+    begins = np.cumsum([0] + [len(part.points) for part in parts])
     return Wires(
-        np.concatenate([wires.points, points]),
-        np.concatenate([wires.edges, len(wires.points) + edges]),
-        np.concatenate([wires.owners, owners]),
+        np.concatenate([part.points for part in parts]),
+        np.concatenate([part.edges + begin for part, begin in zip(parts, begins)]),
+        np.concatenate([part.owners for part in parts]),
     )
 
 
-def _by_shape(cells: Cells, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def by_shape(cells: Cells, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return those of some ascending places that are drawn by their faces, and the boxes."""
     if cells.faces is None:
         return places[:0], places
@@ -120,7 +141,7 @@ def faces_of(cells: Cells, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     owners : (m,) int64
         Ascending.
     """
-    shaped, boxes = _by_shape(cells, places)
+    shaped, boxes = by_shape(cells, places)
     around = corners_of(cells.boxes[boxes])[:, SIDES]
     halves = around[:, :, [(0, 1, 2), (0, 2, 3)]].reshape(-1, 3, 3)
     owners = np.repeat(boxes, 12)
@@ -141,42 +162,22 @@ def triangles_of(polygons: Polygons) -> tuple[np.ndarray, np.ndarray]:
     return triangles, np.repeat(polygons.owners, per_polygon)
 
 
-def division_steps(cells: Cells) -> np.ndarray:
-    """Return the step of the building in which each cell was divided, (n,) int64.
-
-    That is when its children were made. They are the cells of one step, and together fill their
-    parent: the inner node one level above with the same box.
-
-    Leaves are given a step that never comes.
-    """
-    never = np.iinfo(np.int64).max
-    steps = np.full(len(cells), never)
-    order = cells.extra["order"].astype(np.int64)
-    by_step = np.lexsort((cells.depth, order))
-    first = np.flatnonzero(np.diff(order[by_step], prepend=-1))
-    boxes = cells.boxes + 0.0  # of the two zeros only one: boxes are compared byte by byte
-    lower = np.minimum.reduceat(boxes[by_step, :3], first)
-    upper = np.maximum.reduceat(boxes[by_step, 3:], first)
-    around = np.concatenate([lower, upper], axis=1)
-    made = {
-        (depth - 1, box.tobytes()): step
-        for depth, box, step in zip(
-            cells.depth[by_step[first]].tolist(), around, order[by_step[first]].tolist()
-        )
-    }
-    for place in np.flatnonzero(~cells.is_leaf).tolist():
-        key = int(cells.depth[place]), boxes[place].tobytes()
-        steps[place] = made.get(key, order[place])
-    return steps
-
-
 def _chosen(polygons: Polygons, places: np.ndarray) -> Polygons:
-    """Return the polygons of some owners."""
-    keep = np.isin(polygons.owners, places)
-    sizes = np.diff(polygons.offsets)
-    points = polygons.points[np.repeat(keep, sizes)]
-    offsets = np.concatenate([[0], np.cumsum(sizes[keep])])
-    return type(polygons)(points, offsets, polygons.owners[keep])
+    """Return the polygons of some owners, which ascend; looks at no others."""
+    begins = np.searchsorted(polygons.owners, places, side="left")
+    ends = np.searchsorted(polygons.owners, places, side="right")
+    kept = _ranges(begins, ends)
+    corners = _ranges(polygons.offsets[kept], polygons.offsets[kept + 1])
+    sizes = polygons.offsets[kept + 1] - polygons.offsets[kept]
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    return type(polygons)(polygons.points[corners], offsets, polygons.owners[kept])
+
+
+def _ranges(begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return the numbers from each begin to below its end, range after range."""
+    sizes = ends - begins
+    offsets = np.cumsum(sizes) - sizes
+    return np.repeat(begins - offsets, sizes) + np.arange(sizes.sum())
 
 
 def _joined(polygons: Polygons, boxes: np.ndarray) -> Wires:

@@ -44,8 +44,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
 
         def work(progress: Progress) -> session.Outcome:
             built = build(snapshot.scene, structure, settings, progress)
-            progress.report(1, 1, "Preparing the picture")
-            return session.Outcome.of(snapshot, built)
+            return session.Outcome.of(snapshot, built, progress)
 
         return work
 
@@ -56,9 +55,10 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
         session.current.show_exhibit(context)
         session.current.show_plane(context)
         sah = show_number(result.record["statistics"]["sah"])
+        n_cells = show_integer(len(result.drawable.cells))
         text = (
             f"{result.built.structure.label}: SAH {sah}, "
-            f"{show_integer(len(result.cells))} cells, {show_seconds(result.built.seconds)}"
+            f"{n_cells} cells, {show_seconds(result.built.seconds)}"
         )
         if dropped := result.snapshot.scene.dropped:
             text += f"; {dropped} triangles that are not finite were left out"

@@ -65,7 +65,7 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
             built = build(snapshot.scene, BVH, settings, progress)
             assert isinstance(built.structure, BVH)
             told = dataclasses.replace(built, structure=built.structure.with_history(found.history))
-            return found, session.Outcome.of(snapshot, told)
+            return found, session.Outcome.of(snapshot, told, progress)
 
         return work
 

@@ -52,7 +52,7 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
             start = time.perf_counter()
             structure = refit(tree, snapshot.scene, progress)
             refitted = Built(structure, time.perf_counter() - start)
-            return before, session.Outcome.of(snapshot, refitted, method="refit")
+            return before, session.Outcome.of(snapshot, refitted, progress, method="refit")
 
         return work
 

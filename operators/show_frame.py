@@ -1,4 +1,4 @@
-"""Make the frame of an exhibit that the panel asks for, and draw it."""
+"""Make what the panels of exhibits and of the split plane ask for, and draw it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ class ACCELSCOPE_OT_show_frame(jobs.JobOperator, bpy.types.Operator):
     bl_idname = "accelscope.show_frame"
     bl_label = "Show Frame"
     bl_description = (
-        "Make this frame of the exhibit and draw it. It may take as long as a build; Esc stops it"
+        "Make this frame of the exhibit, or sort the triangles for the split plane, and draw it. "
+        "It may take as long as a build; Esc stops it"
     )
     bl_options = {"INTERNAL"}
 
@@ -25,29 +26,39 @@ class ACCELSCOPE_OT_show_frame(jobs.JobOperator, bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         if jobs.keep_waiting(cls):
             return False
-        if not session.current.showcase.exhibits:
-            cls.poll_message_set("Build a structure that has exhibits first")
+        root, view = context.scene.accelscope, session.current.split_view
+        if view is None:
+            cls.poll_message_set("Build a structure first")
+            return False
+        if not (session.current.showcase.wanted(root.exhibits) or view.wanted(root.split_plane)):
+            cls.poll_message_set("Show an exhibit or the split plane first")
             return False
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
-        group = context.scene.accelscope.exhibits
-        showcase = session.current.showcase
-        key = showcase.wanted(group)
+        root = context.scene.accelscope
+        showcase, view = session.current.showcase, session.current.split_view
+        assert view is not None
+        key, axis = showcase.wanted(root.exhibits), view.wanted(root.split_plane)
 
         def work(progress: Progress) -> tuple[Any, ...]:
-            if key is None or key in showcase.frames:
-                return showcase, key, None
-            return showcase, key, showcase.make(key)
+            frames, axes = {}, {}
+            if axis is not None and axis not in view.axes:
+                axes[axis] = view.make(axis, progress)
+            if key is not None and key not in showcase.frames:
+                frames[key] = showcase.make(key, progress)
+            return showcase, frames, view, axes
 
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        showcase, key, frame = result
-        if frame is not None:
+        showcase, frames, view, axes = result
+        for key, frame in frames.items():
             showcase.keep(key, frame)
-        # The panel may ask for another frame by now.
+        view.axes.update(axes)
+        # The panels may ask for something else by now.
         session.current.show_exhibit(context)
+        session.current.show_plane(context)
         return ""
 
 

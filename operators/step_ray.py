@@ -30,9 +30,6 @@ class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
         assert built is not None
         assert traced is not None
         index = context.scene.accelscope.ray_index
-        if index >= len(traced.rays):
-            self.report({"ERROR"}, f"The last ray has the number {len(traced.rays) - 1}")
-            return {"CANCELLED"}
         steps = built.structure.record(traced.rays, index)
         session.current.set_steps(index, steps)
         session.current.draw_paths(properties.event_shown(context.scene.accelscope))

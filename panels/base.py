@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, properties
+from ..addon import jobs, properties, ranges
 from ..core.settings import has_effect
 
 
@@ -44,6 +44,13 @@ def draw_settings(layout: bpy.types.UILayout, group: Any, settings_type: type) -
         row = column.row()
         row.active = has_effect(field, group)
         row.prop(group, field.name)
+
+
+def draw_range(layout: bpy.types.UILayout, group: Any, name: str, text: str | None = None) -> None:
+    """Draw a number that ends where its content ends, and its slider (:mod:`..addon.ranges`)."""
+    row = layout.row(align=True)
+    row.prop(group, name, text=text)
+    row.prop(group, ranges.share_of(name), text="", slider=True)
 
 
 def draw_job(layout: bpy.types.UILayout, job: jobs.Job) -> None:

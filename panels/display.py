@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..addon import overlay, properties, selection, session
-from .base import SidebarPanel, draw_wrapped
+from .base import SidebarPanel, draw_range, draw_wrapped
 
 RAMP_TEXTS = {
     "depth": "depth 0 to {}",
@@ -30,37 +30,36 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
         display = root.display
         layout.active = display.show
         column = layout.column(align=True)
-        column.prop(display, "depth_min")
-        column.prop(display, "depth_max")
+        draw_range(column, display, "depth_min")
+        draw_range(column, display, "depth_max")
         column = layout.column(heading="Cells")
         column.prop(display, "leaves_only")
         column.prop(display, "hide_empty")
         column.prop(display, "tint_empty")
-        cells = session.current.cells
+        drawable = session.current.drawable
         row = column.row()
-        row.active = cells is not None and cells.planes is not None
+        row.active = drawable is not None and drawable.cells.planes is not None
         row.prop(display, "planes")
         row = layout.row(heading="Replay")
-        row.active = cells is not None and "order" in cells.extra
+        row.active = drawable is not None and drawable.extent.last_step is not None
         row.prop(display, "replay", text="")
         step = row.row()
         step.active = display.replay
-        step.prop(display, "step", text="")
+        draw_range(step, display, "step", "")
         column = layout.column()
         column.prop(display, "colour_by")
         column.prop(display, "opacity")
         column.prop(display, "line_width")
-        if cells is not None:
-            lines = layout.column(align=True)
+        if drawable is not None:
+            lines, extent = layout.column(align=True), drawable.extent
             width = context.region.width
-            maximum = selection.colour_maximum(cells, display)
+            maximum = selection.colour_maximum(extent, display)
             if maximum > 0:
-                text = RAMP_TEXTS[selection.coloured_by(cells, display)].format(maximum)
+                text = RAMP_TEXTS[selection.coloured_by(extent, display)].format(maximum)
                 draw_wrapped(lines, f"Blue to red: {text}", "NONE", width)
-            step = selection.step_shown(cells, display)
+            step = selection.step_shown(extent, display)
             if step is not None:
-                last = int(cells.extra["order"].max())
-                text = f"step {min(step, last)} of {last}"
+                text = f"step {step} of {extent.last_step}"
                 draw_wrapped(lines, f"Built up to {text}", "NONE", width)
             draw_wrapped(lines, overlay.shown_text(display), "NONE", width)
 

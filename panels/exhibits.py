@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..addon import jobs, properties, session
-from .base import SidebarPanel, draw_job, draw_wrapped
+from .base import SidebarPanel, draw_job, draw_range, draw_wrapped
 
 
 class VIEW3D_PT_accelscope_exhibits(SidebarPanel, bpy.types.Panel):
@@ -32,7 +32,7 @@ class VIEW3D_PT_accelscope_exhibits(SidebarPanel, bpy.types.Panel):
         layout.active = group.show
         layout.prop(group, "exhibit")
         row = layout.row(align=True)
-        row.prop(group, "frame")
+        draw_range(row, group, "frame")
         row.operator("accelscope.step_frame", text="", icon="TRIA_LEFT").by = -1
         row.operator("accelscope.step_frame", text="", icon="TRIA_RIGHT").by = 1
         layout.prop(group, "alone")

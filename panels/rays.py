@@ -7,7 +7,14 @@ from typing import Any
 import bpy
 
 from ..addon import jobs, properties, session
-from .base import SidebarPanel, draw_figure, draw_job, draw_settings, draw_wrapped
+from .base import (
+    SidebarPanel,
+    draw_figure,
+    draw_job,
+    draw_range,
+    draw_settings,
+    draw_wrapped,
+)
 
 ICONS = {
     "inner": "MESH_CUBE",
@@ -43,7 +50,7 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
             row.operator("accelscope.trace")
 
         column = layout.column(align=True)
-        column.prop(root, "ray_index")
+        draw_range(column, root, "ray_index")
         column.operator("accelscope.step_ray")
         current = session.current
         if current.steps is not None:
@@ -63,7 +70,7 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
         row.prop(root, "step_events", text="")
         number = row.row()
         number.active = root.step_events
-        number.prop(root, "event", text="")
+        draw_range(number, root, "event", "")
         event = properties.event_shown(root)
         if event is not None:
             text = f"{event} of {len(current.steps) - 1}: {current.event_text(event)}"

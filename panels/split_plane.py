@@ -6,8 +6,8 @@ from typing import Any
 
 import bpy
 
-from ..addon import properties, session
-from .base import SidebarPanel, draw_figure
+from ..addon import jobs, properties, session
+from .base import SidebarPanel, draw_figure, draw_job
 
 
 class VIEW3D_PT_accelscope_split_plane(SidebarPanel, bpy.types.Panel):
@@ -35,6 +35,12 @@ class VIEW3D_PT_accelscope_split_plane(SidebarPanel, bpy.types.Panel):
         column.prop(group, "t_tra")
         column.prop(group, "t_tri")
         layout.operator("accelscope.view_exhibit", icon="ZOOM_SELECTED")
+        axis, job = view.wanted(group), jobs.running()
+        if axis is not None and axis not in view.axes:
+            if job:
+                draw_job(layout, job)
+            else:
+                layout.operator("accelscope.show_frame", text="Show Plane")
         grid = layout.column(align=True)
         for label, text in view.rows:
             draw_figure(grid, label, text)

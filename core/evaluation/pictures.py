@@ -12,7 +12,7 @@ import numpy as np
 from ..colours import EMPTY_TINT, depth_colours, face_opacity
 from ..geometry.box import surface_area
 from ..geometry.rays import Rays
-from ..outlines import division_steps, faces_of, triangles_of, wires_of
+from ..outlines import faces_of, triangles_of, wires_of
 from ..settings import to_text
 from ..structures.cells import Cells
 from ..structures.contract import Structure
@@ -179,7 +179,8 @@ def picture_of_building(view: View, cells: Cells, share: float) -> tuple[str, np
     order = cells.extra["order"]
     last = int(order.max())
     step = int(np.ceil(share * last))
-    there = (order <= step) & (division_steps(cells) > step)
+    assert cells.divided is not None
+    there = (order <= step) & (cells.divided > step)
     caption = f"building after step {show_integer(step)} of {show_integer(last)}"
     return caption, edges_over(view, cells, there)
 

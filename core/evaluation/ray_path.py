@@ -27,6 +27,9 @@ from ..structures.steps import (
 STAR_SIZE = 0.03
 """Size of the marks of hits, as a share of the way to them; at most that of the triangle."""
 
+MOST_TESTED = 2000
+"""Triangles tested that are drawn, the last; of a naive walk more would be a grey mass."""
+
 VISITS = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
 
 Colour = tuple[float, float, float, float]
@@ -156,8 +159,8 @@ def _ray(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
     reached = end
     if event is not None:
         steps = walk.steps
-        entered = np.isin(steps.kind[: event + 1], (VISIT_LEAF, VISIT_EMPTY))
-        exits = steps.t_exit[: event + 1][entered]
+        entered = [steps.events_of(kind, event) for kind in (VISIT_LEAF, VISIT_EMPTY)]
+        exits = steps.t_exit[np.concatenate(entered)]
         reached = min(float(exits.max(initial=0.0)), end)
     origin, here, there = walk.at(np.array([0.0, reached, end]))
     yield np.array([[origin, here]]), colour
@@ -167,10 +170,10 @@ def _ray(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
 
 def _cells(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
     """Draw the cells that were entered, or the regions that were skipped from them."""
-    kind, cell = _up_to(walk.steps.kind, event), _up_to(walk.steps.cell, event)
-    yield _outlines(walk.cells, cell[kind == VISIT_INNER]), palette.inner
-    yield _outlines(walk.cells, cell[kind == VISIT_LEAF]), palette.leaf
-    empty = np.unique(cell[kind == VISIT_EMPTY])
+    inner, leaves, empty = (walk.steps.cell[walk.steps.events_of(kind, event)] for kind in VISITS)
+    yield _outlines(walk.cells, inner), palette.inner
+    yield _outlines(walk.cells, leaves), palette.leaf
+    empty = np.unique(empty)
     regions = skipped_regions(walk, empty)
     alone = [number for number in empty.tolist() if number not in regions]
     yield _outlines(walk.cells, np.array(alone, dtype=np.int64)), palette.empty
@@ -188,19 +191,15 @@ def skipped_regions(walk: Walk, numbers: np.ndarray) -> dict[int, np.ndarray]:
 def _triangles(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
     """Draw the triangles that were tested, postponed and found."""
     steps, scene = walk.steps, walk.structure.scene
-    kind, primitive = _up_to(steps.kind, event), _up_to(steps.primitive, event)
-    postponed = kind == POSTPONE
-    yield _sides(walk, np.unique(primitive[kind == TEST])), palette.tested
-    yield _sides(walk, np.unique(primitive[postponed])), palette.postponed
-    nearest = np.flatnonzero(postponed | (kind == HIT))[-1:]
-    yield _sides(walk, primitive[nearest]), palette.found
-    for events, colour in (
-        (np.flatnonzero(kind == HIT)[-1:], palette.found),
-        (np.flatnonzero(postponed), palette.postponed),
-    ):
-        corners = scene.triangles[primitive[events]]
+    tested, postponed, hits = (steps.events_of(kind, event) for kind in (TEST, POSTPONE, HIT))
+    yield _sides(walk, np.unique(steps.primitive[tested[-MOST_TESTED:]])), palette.tested
+    yield _sides(walk, np.unique(steps.primitive[postponed])), palette.postponed
+    nearest = np.sort(np.concatenate([postponed[-1:], hits[-1:]]))[-1:]
+    yield _sides(walk, steps.primitive[nearest]), palette.found
+    for events, colour in ((hits[-1:], palette.found), (postponed, palette.postponed)):
+        corners = scene.triangles[steps.primitive[events]]
         longest = np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(axis=1, initial=0.0)
-        points = walk.at(_up_to(steps.t_enter, event)[events])
+        points = walk.at(steps.t_enter[events])
         way = np.linalg.norm(points - walk.rays.origins[walk.ray], axis=1)
         yield stars(points, np.minimum(longest, STAR_SIZE * way)), colour
 
@@ -215,14 +214,9 @@ def _current(walk: Walk, event: int, palette: Palette) -> Iterator[Piece]:
         yield _outlines(walk.cells, np.array([cell])), palette.current
 
 
-def _up_to(values: np.ndarray, event: int | None) -> np.ndarray:
-    return values if event is None else values[: event + 1]
-
-
 def _outlines(cells: Cells, numbers: np.ndarray) -> np.ndarray:
     """Return the edges of cells by number, each cell once."""
-    places = np.flatnonzero(np.isin(cells.numbers, numbers))
-    return wires_of(cells, places).segments()
+    return wires_of(cells, cells.places_of(numbers)).segments()
 
 
 def _sides(walk: Walk, primitives: np.ndarray) -> np.ndarray:
@@ -279,7 +273,7 @@ def links_of(
     ]
     pieces = [
         (wires_of(cells, np.unique(np.concatenate([[], *linked])).astype(int)), palette.linked),
-        (wires_of(cells, np.flatnonzero(cells.numbers == number)), palette.leaf),
+        (wires_of(cells, cells.places_of(np.array([number]))), palette.leaf),
     ]
     drawn = [(wires.segments(), colour) for wires, colour in pieces]
     return _coloured([*drawn, (arrows(links), palette.link)])
@@ -309,17 +303,21 @@ def event_text(steps: Steps, event: int) -> str:
 
 def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
     """Return what was drawn: fields of the palette, each with a text that counts it."""
-    kind, cell = _up_to(walk.steps.kind, event), _up_to(walk.steps.cell, event)
-    empty = cell[kind == VISIT_EMPTY]
+    steps = walk.steps
+    n = {kind: len(steps.events_of(kind, event)) for kind in range(len(KIND_NAMES))}
+    empty = steps.cell[steps.events_of(VISIT_EMPTY, event)]
     skipped = np.isin(empty, list(skipped_regions(walk, np.unique(empty))))
+    several = "triangles tested"
+    if n[TEST] > MOST_TESTED:
+        several += f", drawn: the last {MOST_TESTED}"
     counts = (
-        ("inner", (kind == VISIT_INNER).sum(), "inner node", "inner nodes"),
-        ("leaf", (kind == VISIT_LEAF).sum(), "leaf with triangles", "leaves with triangles"),
+        ("inner", n[VISIT_INNER], "inner node", "inner nodes"),
+        ("leaf", n[VISIT_LEAF], "leaf with triangles", "leaves with triangles"),
         ("empty", (~skipped).sum(), "empty leaf", "empty leaves"),
         ("skipped", skipped.sum(), "skip of an empty region", "skips of empty regions"),
-        ("tested", (kind == TEST).sum(), "triangle tested", "triangles tested"),
-        ("postponed", (kind == POSTPONE).sum(), "hit postponed", "hits postponed"),
-        ("found", (kind == HIT).sum(), "hit accepted", "hits accepted"),
+        ("tested", n[TEST], "triangle tested", several),
+        ("postponed", n[POSTPONE], "hit postponed", "hits postponed"),
+        ("found", n[HIT], "hit accepted", "hits accepted"),
     )
     return [
         (name, f"{count} {one if count == 1 else more}")

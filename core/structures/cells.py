@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..geometry.box import surface_area
 from ..geometry.polygons import Polygons
+
+NEVER = np.iinfo(np.int64).max
+"""A step of the building that never comes."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,9 @@ class Cells:
     extra : dict of str to (n,) array
         Figures of this structure's cells only, by name. ``order`` is the step of the building in
         which a cell was made, 0 for the root.
+    divided : (n,) int64, optional
+        The step in which a cell was divided, which is that in which its children were made; NEVER
+        for leaves. Given by structures that know the ``order``.
     faces : Polygons, optional
         Of cells that are not boxes. Cells behind the last owner are drawn as their boxes.
     planes : Polygons, optional
@@ -44,6 +51,7 @@ class Cells:
     faces: Polygons | None = None
     planes: Polygons | None = None
     areas: np.ndarray | None = None
+    divided: np.ndarray | None = None
 
     @classmethod
     def sorted_by_depth(
@@ -56,6 +64,7 @@ class Cells:
         faces: Polygons | None = None,
         planes: Polygons | None = None,
         areas: np.ndarray | None = None,
+        divided: np.ndarray | None = None,
     ) -> Cells:
         """Order cells numbered 0, 1, ... by depth, so that a depth range is one piece.
 
@@ -70,10 +79,29 @@ class Cells:
             {name: values[order] for name, values in (extra or {}).items()},
             faces and reowned(faces, place), planes and reowned(planes, place),
             None if areas is None else areas[order],
+            None if divided is None else divided[order],
         )  # fmt: skip
 
     def __len__(self) -> int:
         return len(self.boxes)
+
+    @functools.cached_property
+    def _by_number(self) -> tuple[np.ndarray, np.ndarray]:
+        """All numbers, ascending, and their places."""
+        places = np.argsort(self.numbers, kind="stable")
+        return self.numbers[places], places
+
+    def places_of(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the places of the cells with some numbers, ascending, each once.
+
+        Numbers that no cell has are left out. After the first call no more cells are looked at
+        than are asked for.
+        """
+        ascending, places = self._by_number
+        ranks = np.searchsorted(ascending, numbers)
+        known = ranks < len(self)
+        known[known] = ascending[ranks[known]] == np.asarray(numbers)[known]
+        return np.unique(places[ranks[known]])
 
     def attributes(self) -> dict[str, np.ndarray]:
         """Return the per-cell figures by name, to colour and to export."""
@@ -85,6 +113,23 @@ class Cells:
             "area": surface_area(self.boxes) if self.areas is None else self.areas,
             **self.extra,
         }
+
+
+def when_divided(order: np.ndarray, inner: np.ndarray, children: np.ndarray) -> np.ndarray:
+    """Return the step in which each cell was divided, (n,) int64, see :class:`Cells`.
+
+    Parameters
+    ----------
+    order : (n,) int
+        The step in which each cell was made.
+    inner : (k,) int
+        Numbers of the inner nodes.
+    children : (k,) int
+        Number of one child of each; all of them were made in the same step.
+    """
+    steps = np.full(len(order), NEVER)
+    steps[inner] = order[children]
+    return steps
 
 
 def reowned(polygons: Polygons, place: np.ndarray) -> Polygons:

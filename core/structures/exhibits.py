@@ -12,8 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
+
+from ..progress import SILENT, Progress
+
+T = TypeVar("T")
 
 MOST_SEGMENTS = 20_000
 """Segments in one frame; more of them are a grey mass."""
@@ -38,6 +43,13 @@ class Frame:
     caption: str
 
 
+class MakesFrame(Protocol):
+    """Makes a frame by its number; tells how far that is, and stops when `progress` says so."""
+
+    def __call__(self, number: int, progress: Progress = ..., /) -> Frame:
+        """Return frame number `number`."""
+
+
 @dataclass(frozen=True)
 class Exhibit:
     """A named series of frames.
@@ -49,7 +61,8 @@ class Exhibit:
     count : int
         Number of frames, at least one.
     frame : callable
-        Makes frame number i, ``0 <= i < count``.
+        Makes frame number i, ``0 <= i < count``: ``frame(i, progress)`` or ``frame(i)``. It may
+        take as long as a build, and reports to `progress` a few times per second.
     on_page : tuple of int
         Frames that tell most, for a page of pictures; without any some evenly between the first
         and the last are taken.
@@ -59,5 +72,27 @@ class Exhibit:
     label: str
     description: str
     count: int
-    frame: Callable[[int], Frame]
+    frame: MakesFrame
     on_page: tuple[int, ...] = ()
+
+
+class Once(Generic[T]):
+    """What all frames of an exhibit share: made when the first of them is, and kept.
+
+    Work that was cancelled leaves nothing, and is done anew for the next frame.
+
+    Parameters
+    ----------
+    make : callable
+        Gets a Progress.
+    """
+
+    def __init__(self, make: Callable[[Progress], T]) -> None:
+        self._make = make
+        self._made: list[T] = []
+
+    def __call__(self, progress: Progress = SILENT) -> T:
+        """Return what was made, or make it."""
+        if not self._made:
+            self._made.append(self._make(progress))
+        return self._made[0]

@@ -18,6 +18,7 @@ import numpy as np
 from ..geometry.rays import CLOSEST, Rays, make_ray
 from ..geometry.volume import MISS, MOST_STRIPS, enter, prepare
 from ..kernels import call, inner, kernel
+from ..progress import SILENT, Progress
 from .contract import Structure
 
 
@@ -130,15 +131,22 @@ class LineSample(NamedTuple):
         return float(self.hits_object.sum() / max(int(self.hits_volume.sum()), 1))
 
 
-def sample_of(rays: Rays, structure: Structure, volumes: Any) -> LineSample:
+def sample_of(
+    rays: Rays, structure: Structure, volumes: Any, progress: Progress = SILENT
+) -> LineSample:
     """Return what lines hit of an object and of the first of `volumes`, which is around it.
 
     Parameters
     ----------
     structure : Structure
         Any structure over the object; it only answers which lines hit.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
-    hits, _ = structure.trace(rays, CLOSEST)
+    hits, _ = structure.trace(rays, CLOSEST, progress=progress)
     return LineSample(rays, volume_hits(rays, structure, volumes), hits.primitive >= 0)
 
 

@@ -7,6 +7,7 @@ counted: :func:`tally` turns a log back into counters, and a test compares the t
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -124,13 +125,25 @@ class Steps:
     def __len__(self) -> int:
         return len(self.kind)
 
+    @functools.cached_property
+    def _by_kind(self) -> list[np.ndarray]:
+        """Numbers of the events of each kind."""
+        return [np.flatnonzero(self.kind == kind) for kind in range(len(KIND_NAMES))]
+
+    def events_of(self, kind: int, event: int | None = None) -> np.ndarray:
+        """Return the numbers of all events of a kind, ascending; of those up to an event only."""
+        events = self._by_kind[kind]
+        if event is None:
+            return events
+        return events[: np.searchsorted(events, event, side="right")]
+
     def tally(self) -> dict[str, int]:
         """Count the events: the counters this walk must have had, by name."""
-        n = np.bincount(self.kind, minlength=len(KIND_NAMES))
+        n = [len(events) for events in self._by_kind]
         leaves = int(n[VISIT_LEAF] + n[VISIT_EMPTY])
         values = (
             int(n[VISIT_INNER]) + leaves, leaves, int(n[VISIT_EMPTY]),
             int(n[TEST]), int(n[VOLUME_TEST]), int(n[MAILBOX]), int(n[POSTPONE]),
-            int(self.primitive[self.kind == LEAP].sum()),
+            int(self.primitive[self.events_of(LEAP)].sum()),
         )  # fmt: skip
         return dict(zip(COUNTER_NAMES, values, strict=True))

@@ -14,7 +14,7 @@ from accelscope.addon import bake, selection  # noqa: E402
 from accelscope.core.colours import INNER_COLOUR, depth_colours, ramp  # noqa: E402
 from accelscope.core.errors import InputError  # noqa: E402
 from accelscope.core.outlines import SIDES, corners_of  # noqa: E402
-from accelscope.core.structures.cells import Cells, Polygons  # noqa: E402
+from accelscope.core.structures.cells import NEVER, Cells, Polygons  # noqa: E402
 
 pytestmark = pytest.mark.bpy
 
@@ -136,8 +136,6 @@ def test_collection_that_was_moved_is_found(cells):
 def test_nothing_to_bake_is_said_and_leaves_nothing(cells):
     with pytest.raises(InputError, match="show no cell"):
         bake.bake_cells(bpy.context, cells, display(depth_min=50), "bvh")
-    with pytest.raises(InputError, match="no rays"):
-        bake.bake_paths(bpy.context, np.zeros((0, 2, 3)), np.zeros((0, 4)), "rays")
     assert not bpy.data.meshes
     assert not bpy.data.objects
     assert not bpy.data.collections
@@ -148,17 +146,6 @@ def test_more_than_memory_holds_is_refused(cells, monkeypatch):
     with pytest.raises(InputError, match="narrow the depth range"):
         bake.bake_cells(bpy.context, cells, display(), "bvh")
     assert not bpy.data.meshes
-
-
-def test_paths():
-    segments = np.arange(18.0).reshape(3, 2, 3)
-    colours = np.array([(1, 0, 0, 1), (0, 1, 0, 0.5), (0, 0, 1, 0.25)])
-    made = bake.bake_paths(bpy.context, segments, colours, "rays")
-    np.testing.assert_array_equal(read(made.data.vertices, "co", 3), segments.reshape(-1, 3))
-    edges = read(made.data.edges, "vertices", 2, np.int32)
-    np.testing.assert_array_equal(edges, [[0, 1], [2, 3], [4, 5]])
-    seen = read(made.data.attributes["colour"].data, "color", 4)
-    np.testing.assert_array_equal(seen, np.repeat(colours, 2, axis=0))
 
 
 def test_a_hundred_thousand_boxes():
@@ -209,7 +196,7 @@ def test_polyhedra_are_baked_as_such():
 
 def test_a_part_of_the_building_is_baked(cells):
     order = np.arange(len(cells), dtype=np.int32)
-    cells = dataclasses.replace(cells, extra={"order": order})
+    cells = dataclasses.replace(cells, extra={"order": order}, divided=np.full(len(cells), NEVER))
     made = bake.bake_cells(bpy.context, cells, display(replay=True, step=9), "bvh")
     numbers = read(made.data.attributes["number"].data, "value", dtype=np.int32)[::8]
     np.testing.assert_array_equal(numbers, cells.numbers[:10])

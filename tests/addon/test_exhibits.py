@@ -26,9 +26,10 @@ def layers(bpy: Any) -> Any:
 
 def make_exhibit(count: int = 3, made: list[int] | None = None, name: str = "example") -> Any:
     """Return an exhibit whose frame i has i + 1 lines; it notes which frames were made."""
+    from accelscope.core.progress import SILENT, Progress
     from accelscope.core.structures.exhibits import Exhibit, Frame
 
-    def frame(number: int) -> Frame:
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
         if made is not None:
             made.append(number)
         lines = np.zeros((number + 1, 2, 3))
@@ -157,7 +158,7 @@ def test_a_frame_that_takes_long_is_a_job(
     go = threading.Event()
     example = make_exhibit()
     slow = type(example)(
-        "slow", "Slow", "Waits", 3, lambda number: (go.wait(10), example.frame(number))[1]
+        "slow", "Slow", "Waits", 3, lambda number, progress: (go.wait(10), example.frame(number))[1]
     )
     current.showcase.exhibits = [slow]
     started = []

@@ -17,6 +17,7 @@ bpy = pytest.importorskip("bpy")
 gpu = pytest.importorskip("gpu")
 
 from accelscope.addon import overlay, selection  # noqa: E402
+from accelscope.addon.drawable import make_drawable  # noqa: E402
 from accelscope.core.colours import (  # noqa: E402
     EMPTY_TINT,
     INNER_COLOUR,
@@ -25,7 +26,7 @@ from accelscope.core.colours import (  # noqa: E402
     face_opacity,
     ramp,
 )
-from accelscope.core.structures.cells import Cells, Polygons, rectangles  # noqa: E402
+from accelscope.core.structures.cells import NEVER, Cells, Polygons, rectangles  # noqa: E402
 from mathutils import Matrix, Vector  # noqa: E402
 
 pytestmark = pytest.mark.bpy
@@ -50,6 +51,10 @@ def make_cells(boxes, depth=0, is_leaf=True, count=1):
         np.broadcast_to(is_leaf, n).astype(bool),
         np.broadcast_to(count, n),
     )
+
+
+def set_cells(cells):
+    overlay.set_cells(make_drawable(cells))
 
 
 def random_cells(n, seed=0):
@@ -90,9 +95,9 @@ def test_runs_are_the_visible_cells(leaves_only, hide_empty, depths):
 def test_shown_text():
     settings = display(depth_max=1)
     assert overlay.shown_text(settings) == "no cells"
-    overlay.set_cells(make_cells(np.zeros((4096, 6)), depth=(np.arange(4096) >= 1203) * 2))
+    set_cells(make_cells(np.zeros((4096, 6)), depth=(np.arange(4096) >= 1203) * 2))
     assert overlay.shown_text(settings) == "showing 1 203 of 4 096 cells"
-    overlay.set_cells(make_cells(np.zeros((0, 6))))
+    set_cells(make_cells(np.zeros((0, 6))))
     assert overlay.shown_text(settings) == "showing 0 of 0 cells"
 
 
@@ -101,7 +106,7 @@ def test_too_many_cells_are_cut_in_order_of_importance(monkeypatch):
     leaves = int((cells.is_leaf & (cells.count > 0)).sum())
     inner = int((~cells.is_leaf).sum())
     monkeypatch.setattr(selection, "MAXIMUM_DRAWN", leaves + 10)
-    overlay.set_cells(cells)
+    set_cells(cells)
     runs = selection.drawn_runs(selection.sections_of(cells), display())
     assert [last - first for first, last in runs] == [leaves, 10, 0]
     assert (
@@ -111,9 +116,15 @@ def test_too_many_cells_are_cut_in_order_of_importance(monkeypatch):
     assert "most" not in overlay.shown_text(display(leaves_only=True, hide_empty=True))
 
     monkeypatch.setattr(selection, "MAXIMUM_HELD", leaves + inner + 5)
-    sections = selection.sections_of(cells)
-    assert len(sections.order) == leaves + inner + 5
-    assert sections.ends.tolist() == [leaves, leaves + inner, leaves + inner + 5]
+    # There the empty leaves find room, and what they leave is halved.
+    sections, empty = selection.sections_of(cells), 1000 - leaves - inner
+    half = (leaves + inner + 5 - empty) // 2
+    ends = np.cumsum([leaves + inner + 5 - empty - half, half, empty])
+    assert sections.ends.tolist() == ends.tolist()
+    set_cells(cells)
+    assert overlay.shown_text(display(hide_empty=True)).endswith(
+        f"of 1 000 cells (at most {leaves + inner + 5} are kept)"
+    )
 
 
 def test_enable_and_disable_are_idempotent():
@@ -130,7 +141,7 @@ def test_enable_and_disable_are_idempotent():
 def test_disable_lets_go_of_the_cells():
     cells = random_cells(10)
     alive = weakref.ref(cells)
-    overlay.set_cells(cells)
+    set_cells(cells)
     del cells
     gc.collect()
     assert alive() is not None
@@ -173,7 +184,7 @@ def test_a_failure_is_reported_once_and_switches_off(monkeypatch, capsys):
     for _ in range(3):
         overlay._draw_callback()
     assert capsys.readouterr().err.count("Error: no graphics card today") == 1
-    overlay.set_cells(random_cells(3))  # something new to show: another attempt
+    set_cells(random_cells(3))  # something new to show: another attempt
     overlay._draw_callback()
     assert capsys.readouterr().err.count("Error: no graphics card today") == 1
 
@@ -316,7 +327,7 @@ BOX = (-0.9, -0.7, -0.5, 0.8, 0.9, 0.6)
     ],
 )
 def test_lit_pixels_are_those_of_the_projection(canvas, line_width, view, projection):
-    overlay.set_cells(make_cells([BOX]))
+    set_cells(make_cells([BOX]))
     picture = canvas.draw(display(line_width=line_width), view, projection)
     cover = picture.max(axis=2) / depth_colours([0], 1).max()
     distance = distances(edges_of(BOX), view, projection)
@@ -330,7 +341,7 @@ def test_lit_pixels_are_those_of_the_projection(canvas, line_width, view, projec
 
 
 def test_wide_lines_are_as_wide_as_asked(canvas):
-    overlay.set_cells(make_cells([(-0.5, 0, -0.5, 0.5, 0, 0.5)]))
+    set_cells(make_cells([(-0.5, 0, -0.5, 0.5, 0, 0.5)]))
     for width in (1.0, 2.0, 5.0):
         picture = canvas.draw(display(line_width=width), FROM_FRONT)
         middle_row = picture[HEIGHT // 2].max(axis=1) / depth_colours([0], 1).max()
@@ -359,7 +370,7 @@ def test_filters_take_away_what_they_say_and_upload_nothing(canvas):
     depth = np.array([0, 1, 1, 2, 2, 2, 3, 3])
     is_leaf = np.array([0, 0, 1, 1, 1, 0, 1, 1], dtype=bool)
     count = np.array([0, 0, 3, 0, 2, 0, 0, 9])
-    overlay.set_cells(make_cells(boxes, depth, is_leaf, count))
+    set_cells(make_cells(boxes, depth, is_leaf, count))
     before = overlay.uploads()
     for low in range(5):
         for high in range(5):
@@ -380,13 +391,13 @@ def test_filters_take_away_what_they_say_and_upload_nothing(canvas):
 
 def test_uploads_are_lazy_and_only_for_new_geometry(canvas):
     before = overlay.uploads()
-    overlay.set_cells(random_cells(50))
+    set_cells(random_cells(50))
     overlay.set_lines(overlay.RAY, [[(0, 0, 0), (1, 1, 1)]], [(1, 1, 1, 1)])
     assert overlay.uploads() == before
     for view in (OBLIQUE, FROM_FRONT):  # two viewports
         canvas.draw(display(), view)
     assert overlay.uploads() == before + 2
-    overlay.set_cells(random_cells(50))
+    set_cells(random_cells(50))
     canvas.draw(display())
     assert overlay.uploads() == before + 3
     overlay.set_cells(None)
@@ -400,7 +411,7 @@ def test_a_hundred_thousand_boxes_each_at_its_place(canvas):
     rng = np.random.default_rng(3)
     lower = rng.uniform(-1.0, 0.8, (n, 3))
     boxes = np.concatenate([lower, lower + 0.15], axis=1)
-    overlay.set_cells(make_cells(boxes, depth=np.arange(n)))
+    set_cells(make_cells(boxes, depth=np.arange(n)))
     before = overlay.uploads()
     # A depth of its own for each cell: the depth range picks any single one.
     for i in [0, 1, 2047, 2048, 50_000, n - 1, *rng.integers(0, n, 4)]:
@@ -421,7 +432,7 @@ def test_colours_are_those_of_the_ramp(canvas, colour_by):
     depth = np.arange(5)
     is_leaf = np.array([False, True, True, True, True])
     count = np.array([0, 1, 0, 7, 40])
-    overlay.set_cells(make_cells(boxes, depth, is_leaf, count))
+    set_cells(make_cells(boxes, depth, is_leaf, count))
     settings = display(line_width=5.0, opacity=0.8, colour_by=colour_by, depth_max=4)
     picture = canvas.draw(settings, FROM_FRONT, orthographic())
     if colour_by == "depth":
@@ -438,10 +449,13 @@ def test_colours_are_those_of_the_ramp(canvas, colour_by):
 
 def test_a_few_levels_take_the_whole_ramp():
     cells = make_cells(np.zeros((9, 6)), depth=np.arange(9), count=np.arange(9))
-    assert selection.colour_maximum(cells, display()) == 8
-    assert selection.colour_maximum(cells, display(depth_max=3)) == 3
-    assert selection.colour_maximum(cells, display(depth_max=3, colour_by="count")) == 8
-    assert selection.colour_maximum(make_cells(np.zeros((0, 6))), display()) == 0
+    extent = selection.extent_of(cells)
+    assert selection.colour_maximum(extent, display()) == 8
+    assert selection.colour_maximum(extent, display(depth_max=3)) == 3
+    assert selection.colour_maximum(extent, display(depth_max=3, colour_by="count")) == 8
+    assert (
+        selection.colour_maximum(selection.extent_of(make_cells(np.zeros((0, 6)))), display()) == 0
+    )
 
 
 def wall(y):
@@ -460,7 +474,7 @@ def wall(y):
 
 @pytest.mark.parametrize("projection", [perspective(near=0.01, far=1000.0), orthographic()])
 def test_the_scene_hides_what_lies_behind_it(canvas, projection):
-    overlay.set_cells(make_cells([(-1, -0.3, -0.5, 1, 0.3, 0.5)]))
+    set_cells(make_cells([(-1, -0.3, -0.5, 1, 0.3, 0.5)]))
 
     def halves(wall_y):
         picture = canvas.draw(display(), FROM_FRONT, projection, before=lambda: wall(wall_y))
@@ -487,7 +501,7 @@ def test_paths_shine_through_faintly(canvas):
 
 
 def test_the_state_of_the_graphics_card_is_given_back(canvas):
-    overlay.set_cells(random_cells(20))
+    set_cells(random_cells(20))
     overlay.set_lines(overlay.RAY, [[(0, 0, 0), (1, 1, 1)]], [(1, 1, 1, 1)])
     states = []
 
@@ -517,7 +531,7 @@ def test_the_state_of_the_graphics_card_is_given_back(canvas):
 
 def test_file_load_and_undo_leave_the_picture(canvas):
     overlay.enable()
-    overlay.set_cells(random_cells(200))
+    set_cells(random_cells(200))
     before = canvas.draw(display())
     uploads = overlay.uploads()
     bpy.ops.mesh.primitive_cube_add()
@@ -531,15 +545,15 @@ def test_file_load_and_undo_leave_the_picture(canvas):
 
 @pytest.mark.parametrize("size", [1e-20, 1e-6, 1e6, 1e20])
 def test_extreme_sizes_are_drawn(canvas, size):
-    overlay.set_cells(make_cells([np.array(BOX) * size]))
+    set_cells(make_cells([np.array(BOX) * size]))
     scaled = Matrix.Diagonal((1 / size, 1 / size, 1 / size, 1.0))
     overlay_picture = canvas.draw(display(), OBLIQUE @ scaled)
-    overlay.set_cells(make_cells([BOX]))
+    set_cells(make_cells([BOX]))
     np.testing.assert_allclose(overlay_picture, canvas.draw(display()), atol=0.03)
 
 
 def test_no_cells_draw_nothing(canvas):
-    overlay.set_cells(make_cells(np.zeros((0, 6))))
+    set_cells(make_cells(np.zeros((0, 6))))
     overlay.set_lines(overlay.RAY, np.zeros((0, 2, 3)), np.zeros((0, 4)))
     assert canvas.draw(display()).max() == 0.0
 
@@ -577,7 +591,7 @@ def test_polyhedra_are_drawn_as_what_they_are(canvas):
     cells = Cells.sorted_by_depth(
         boxes, np.array([0, 1]), np.array([True, True]), np.array([0, 3]), faces=faces
     )
-    overlay.set_cells(cells)
+    set_cells(cells)
     view = look_at((4, -6, 3), (0, 0, 0))
     before = overlay.uploads()
     for owner in (0, 1):
@@ -599,7 +613,7 @@ def pixel(picture, x, z):
 def test_empty_leaves_are_tinted(canvas):
     boxes = row_of_boxes(4)
     depth = np.array([1, 1, 2, 2])
-    overlay.set_cells(make_cells(boxes, depth, np.array([1, 1, 1, 0]), np.array([0, 2, 0, 0])))
+    set_cells(make_cells(boxes, depth, np.array([1, 1, 1, 0]), np.array([0, 2, 0, 0])))
     settings = display(tint_empty=True, hide_empty=True, opacity=0.8)
     picture = canvas.draw(settings, FROM_FRONT, orthographic())
     before = overlay.uploads()
@@ -635,7 +649,7 @@ def cells_with_planes():
 @pytest.mark.parametrize("colour_by", ["depth", "count"])
 def test_planes_are_drawn_within_their_cells(canvas, colour_by):
     boxes, cells = cells_with_planes()
-    overlay.set_cells(cells)
+    set_cells(cells)
     middle = 0.5 * (boxes[:, 0] + boxes[:, 3])
     settings = display(planes=True, leaves_only=True, depth_max=3, colour_by=colour_by)
     picture = canvas.draw(settings, FROM_FRONT, orthographic())
@@ -676,12 +690,13 @@ def replayed_cells():
         np.array([False, False, False, True, True, True, True]),
         np.array([0, 0, 0, 5, 2, 2, 2]),
         {"order": np.concatenate([order, order[:3] + 4])},
+        divided=np.concatenate([order[:3] + 4, np.full(4, NEVER)]),
     )
 
 
 def test_a_part_of_the_building_is_shown(canvas):
     boxes, cells = replayed_cells()
-    overlay.set_cells(cells)
+    set_cells(cells)
     canvas.draw(display())
     before = overlay.uploads()
     for step in range(8):
@@ -702,7 +717,7 @@ def test_a_part_of_the_building_is_shown(canvas):
 def test_leaves_are_those_of_the_step(canvas):
     """Of a cell and the one it is divided into, the colour tells which of both is drawn."""
     boxes, cells = replayed_cells()
-    overlay.set_cells(cells)
+    set_cells(cells)
     x = (boxes[:, 0] / (2.0 * WIDTH / HEIGHT) + 1.0) * 0.5 * WIDTH
     settings = display(replay=True, step=5, leaves_only=True, line_width=5.0)
     row = canvas.draw(settings, FROM_FRONT, orthographic())[HEIGHT // 2, x.astype(int)]
@@ -713,13 +728,14 @@ def test_leaves_are_those_of_the_step(canvas):
 
 def test_colours_by_order(canvas):
     boxes, cells = replayed_cells()
-    overlay.set_cells(cells)
+    set_cells(cells)
     x = (boxes[:, 0] / (2.0 * WIDTH / HEIGHT) + 1.0) * 0.5 * WIDTH
     settings = display(colour_by="order", line_width=5.0, depth_max=0)
     row = canvas.draw(settings, FROM_FRONT, orthographic())[HEIGHT // 2, x.astype(int)]
     np.testing.assert_allclose(row, ramp(np.arange(4) / 6), atol=0.012)
     plain = make_cells(boxes, depth=np.arange(4))
-    assert selection.coloured_by(plain, display(colour_by="order")) == "depth"
+    extent = selection.extent_of(plain)
+    assert selection.coloured_by(extent, display(colour_by="order")) == "depth"
 
 
 def test_planes_appear_when_their_cell_is_divided(canvas):
@@ -730,7 +746,7 @@ def test_planes_appear_when_their_cell_is_divided(canvas):
     import dataclasses
 
     cells = dataclasses.replace(cells, planes=rectangles(corners[:3], np.arange(3)))
-    overlay.set_cells(cells)
+    set_cells(cells)
     middle = 0.5 * (boxes[:3, 0] + boxes[:3, 3])
     opacities = []
     for step in range(8):
@@ -745,7 +761,7 @@ def test_planes_appear_when_their_cell_is_divided(canvas):
 def test_a_hundred_thousand_empty_leaves_are_a_tint_of_the_first(monkeypatch, canvas):
     monkeypatch.setattr(selection, "MAXIMUM_FILLED", 3)
     boxes = row_of_boxes(4)
-    overlay.set_cells(make_cells(boxes, depth=np.arange(4), count=0))
+    set_cells(make_cells(boxes, depth=np.arange(4), count=0))
     picture = canvas.draw(display(tint_empty=True, hide_empty=True), FROM_FRONT, orthographic())
     middle = 0.5 * (boxes[:, 0] + boxes[:, 3])
     assert [pixel(picture, place, 0.0).max() > 0.02 for place in middle] == [True] * 3 + [False]

@@ -9,7 +9,6 @@ from accelscope.core.outlines import (
     SIDES,
     arrows,
     corners_of,
-    division_steps,
     faces_of,
     outlines_of,
     stars,
@@ -139,20 +138,6 @@ def test_polygons_as_triangles_keep_their_area():
     np.testing.assert_array_equal(np.bincount(outlines.edge_owners())[10:], corners)
     sides = np.linalg.norm(np.diff(outlines.segments(), axis=1)[:, 0], axis=1)
     np.testing.assert_allclose(sides, np.repeat(2 * np.sin(np.pi / corners), corners), rtol=1e-12)
-
-
-def test_a_cell_is_divided_when_its_children_are_made():
-    # The root is cut in two in step 1; its right half, with a corner at -0.0, in step 2.
-    boxes = [[-1, 0, 0, 1, 1, 1], [-1, 0, 0, 0, 1, 1], [0, 0, 0, 1, 1, 1],
-             [-0.0, 0, 0, 0.5, 1, 1], [0.5, 0, 0, 1, 1, 1]]  # fmt: skip
-    is_leaf = np.array([False, True, False, True, True])
-    cells = Cells.sorted_by_depth(
-        np.array(boxes, dtype=float), np.array([0, 1, 1, 2, 2]), is_leaf,
-        np.zeros(5, dtype=np.int32), {"order": np.array([0, 1, 1, 2, 2], dtype=np.int32)},
-    )  # fmt: skip
-    steps = division_steps(cells)
-    assert steps[~is_leaf].tolist() == [1, 2]
-    assert (steps[is_leaf] > 10**9).all()
 
 
 def test_marks():

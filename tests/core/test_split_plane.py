@@ -8,6 +8,7 @@ from accelscope.core.structures.bvh.split_plane import (
     evaluate_plane,
     evaluate_planes,
     halves_of,
+    sort_along,
     tight_costs,
 )
 from accelscope.core.structures.bvh.worked_example import PRINTED, cases_of, is_worked_example
@@ -77,8 +78,9 @@ def test_planes_against_counting_one_by_one(axis):
     box = np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
     middles = 0.5 * (boxes[:, axis] + boxes[:, 3 + axis])
     positions = np.concatenate([rng.random(20), [-1.0, 2.0], middles[:5]])
-    planes = evaluate_planes(boxes, box, axis, positions, 1.2, 0.7)
-    tight = tight_costs(boxes, box, planes, 1.2, 0.7)
+    along = sort_along(boxes, axis)
+    planes = evaluate_planes(along, box, positions, 1.2, 0.7)
+    tight = tight_costs(along, box, planes, 1.2, 0.7)
     cut = 2.0 * np.delete(box[3:] - box[:3], axis).prod() / surface_area(box)
     assert planes.p_L + planes.p_R == pytest.approx(np.full(27, 1.0 + cut), abs=1e-12)
     for i, position in enumerate(positions):
@@ -92,7 +94,7 @@ def test_planes_against_counting_one_by_one(axis):
             for side, half in zip(sides, halves, strict=True)
         )
         assert planes.cost[i] == pytest.approx(want, rel=1e-12)
-        assert evaluate_plane(boxes, box, axis, position, 1.2, 0.7).cost == planes.cost[i]
+        assert evaluate_plane(along, box, position, 1.2, 0.7).cost == planes.cost[i]
         if min(map(len, sides)) == 0:
             assert tight[i] == np.inf
             continue

@@ -127,7 +127,7 @@ def slow_frame() -> Steps:
     showcase = results().showcase
     levels = showcase.exhibits[0]
 
-    def frame(number: int) -> Any:
+    def frame(number: int, progress: Any) -> Any:
         time.sleep(4.0)
         return levels.frame(number)
 

@@ -25,7 +25,7 @@ from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
-from ..cells import Cells
+from ..cells import Cells, when_divided
 from ..contract import intersection_cost, traversal_cost
 from ..subdivision.frontier import ORDERS, budget_setting, order_setting
 from ..subdivision.settings import (
@@ -171,10 +171,11 @@ class Bsp(Subdivision):
         nodes, measures, tree = self.topology(), self.measures(), self.arrays.tree
         faces, cuts = polygons(self.grown, tree.box, tree.shell, measures)
         order = (np.arange(len(nodes.depth)) + 1) // 2
+        inner = np.flatnonzero(self.grown.link > 0)
         return Cells.sorted_by_depth(
             nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count,
             {"order": order, "faces": measures.faces, "volume": measures.volumes},
-            faces, cuts, measures.areas,
+            faces, cuts, measures.areas, when_divided(order, inner, self.grown.link[inner]),
         )  # fmt: skip
 
     def extra_statistics(self) -> dict[str, Any]:

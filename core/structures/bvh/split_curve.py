@@ -13,6 +13,7 @@ import numpy as np
 
 from ...geometry.box import boxes_of, surface_area
 from ...kernels import call, kernel
+from ...progress import SILENT, Progress
 from . import binned_sah, parallel_split, sweep_sah
 from .top_down import choose, enclose
 from .tree import Primitives, ranges_of
@@ -74,7 +75,7 @@ def has_curves(bvh: BVH) -> bool:
     return settings.builder in RULES and as_split
 
 
-def split_curve(bvh: BVH, node: int, builder: str = "") -> SplitCurve:
+def split_curve(bvh: BVH, node: int, builder: str = "", progress: Progress = SILENT) -> SplitCurve:
     """Return the candidates that the builder had for a node, an inner one or a leaf.
 
     Parameters
@@ -86,7 +87,11 @@ def split_curve(bvh: BVH, node: int, builder: str = "") -> SplitCurve:
     ------
     ValueError
         Without :func:`has_curves`.
+    Cancelled
+        From `progress`.
     """
+    text = f"Looking at the candidates of node {node}"
+    progress.report(0, 2, text)
     if not has_curves(bvh):
         raise ValueError("the nodes of this tree were not split by comparing costs")
     settings = bvh.settings
@@ -98,7 +103,9 @@ def split_curve(bvh: BVH, node: int, builder: str = "") -> SplitCurve:
     n_rows = 3 * max(settings.bins, len(ids))
     make_rule, _ = RULES[builder or settings.builder](primitives, settings, n_rows)
     rule = make_rule()
+    progress.report(1, 2, text)
     call(look_at_candidates, rule, len(ids), int(bvh.depths()[node]))
+    progress.report(2, 2, text)
     rows = rule.curve[np.isfinite(rule.curve[:, 4])]
     axis, n_left, n_right = (rows[:, column].astype(np.int64) for column in (0, 2, 3))
     box = rule.bounds[0].copy()

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...geometry.box import surface_area
+from ...progress import SILENT, Progress
 
 
 class SplitPlane(NamedTuple):
@@ -58,39 +59,73 @@ class SplitPlanes(NamedTuple):
     cost: np.ndarray
 
 
+class SortedAxis(NamedTuple):
+    """Triangles sorted along an axis: with them a plane anywhere is a matter of a look-up.
+
+    Attributes
+    ----------
+    axis : int
+    centroids : (n,) float64
+        Middles of their boxes, ascending.
+    first, last : (n + 1,) float64
+        Areas of the box around the first i triangles, and of that around the last i.
+    """
+
+    axis: int
+    centroids: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+
+
+def sort_along(boxes: np.ndarray, axis: int, progress: Progress = SILENT) -> SortedAxis:
+    """Sort the triangles of V along an axis.
+
+    Parameters
+    ----------
+    boxes : (n, 6) float64
+        Boxes of the triangles.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    text = f"Sorting along {'xyz'[axis]}"
+    progress.report(0, 4, text)
+    centroids = 0.5 * (boxes[:, axis] + boxes[:, 3 + axis])
+    order = np.argsort(centroids, kind="stable")
+    progress.report(1, 4, text)
+    ordered = boxes[order]
+    progress.report(2, 4, text)
+    first = _areas_of_growing(ordered)
+    progress.report(3, 4, text)
+    last = _areas_of_growing(ordered[::-1])
+    progress.report(4, 4, text)
+    return SortedAxis(axis, centroids[order], first, last)
+
+
 def evaluate_plane(
-    boxes: np.ndarray,
-    box: np.ndarray,
-    axis: int,
-    position: float,
-    C_trav: float,
-    C_isect: float,
+    triangles: SortedAxis, box: np.ndarray, position: float, C_trav: float, C_isect: float
 ) -> SplitPlane:
     """Return the figures of one plane.
 
     Parameters
     ----------
-    boxes : (n, 6) float64
-        Boxes of the triangles in V.
+    triangles : SortedAxis
+        The triangles in V, sorted along the axis that the plane cuts.
     box : (6,) float64
         V itself.
-    axis : int
     position : float
         Beyond V it counts as its border.
     C_trav, C_isect : float
         The slide's t_tra and t_tri.
     """
-    planes = evaluate_planes(boxes, box, axis, np.array([position]), C_trav, C_isect)
-    return SplitPlane(axis, *(values[0].item() for values in planes[1:]))
+    planes = evaluate_planes(triangles, box, np.array([position]), C_trav, C_isect)
+    return SplitPlane(planes.axis, *(values[0].item() for values in planes[1:]))
 
 
 def evaluate_planes(
-    boxes: np.ndarray,
-    box: np.ndarray,
-    axis: int,
-    positions: np.ndarray,
-    C_trav: float,
-    C_isect: float,
+    triangles: SortedAxis, box: np.ndarray, positions: np.ndarray, C_trav: float, C_isect: float
 ) -> SplitPlanes:
     """Return the figures of several planes across one axis, as :func:`evaluate_plane` does.
 
@@ -98,10 +133,10 @@ def evaluate_planes(
     ----------
     positions : (k,) float64
     """
+    axis = triangles.axis
     position = np.clip(positions, box[axis], box[3 + axis])
-    centroids = np.sort(0.5 * (boxes[:, axis] + boxes[:, 3 + axis]))
-    n_left = np.searchsorted(centroids, position, side="left")
-    n_right = len(boxes) - n_left
+    n_left = np.searchsorted(triangles.centroids, position, side="left")
+    n_right = len(triangles.centroids) - n_left
     left, right = halves_of(np.tile(box, (len(position), 1)), axis, position)
     area = float(surface_area(box))
     if area > 0.0:
@@ -120,7 +155,7 @@ def halves_of(box: np.ndarray, axis: int, position: Any) -> tuple[np.ndarray, np
 
 
 def tight_costs(
-    boxes: np.ndarray, box: np.ndarray, planes: SplitPlanes, C_trav: float, C_isect: float
+    triangles: SortedAxis, box: np.ndarray, planes: SplitPlanes, C_trav: float, C_isect: float
 ) -> np.ndarray:
     """Return what planes cost with boxes drawn tight around the triangles of both sides, (k,).
 
@@ -129,12 +164,9 @@ def tight_costs(
     Parameters
     ----------
     planes : SplitPlanes
-        From :func:`evaluate_planes`, for the same boxes.
+        From :func:`evaluate_planes`, for the same triangles.
     """
-    order = np.argsort(boxes[:, planes.axis] + boxes[:, 3 + planes.axis], kind="stable")
-    ordered = boxes[order]
-    # Areas of the box around the first i triangles, and of that around the last i.
-    first, last = (_areas_of_growing(each) for each in (ordered, ordered[::-1]))
+    first, last = triangles.first, triangles.last
     n_left, n_right = planes.N_L, planes.N_R
     area = float(surface_area(box))
     divided = (n_left > 0) & (n_right > 0)

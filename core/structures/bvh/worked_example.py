@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .split_plane import SplitPlane, evaluate_plane
+from .split_plane import SplitPlane, evaluate_plane, sort_along
 
 T_TRA, T_TRI = 3.0, 1.0
 
@@ -96,7 +96,8 @@ def cases_of(boxes: np.ndarray, box: np.ndarray) -> list[Case]:
 
     def plane_of(name: str, inside: np.ndarray, among: np.ndarray) -> SplitPlane:
         axis, position = PLANES[name]
-        return evaluate_plane(among, inside, axis, box[axis] + scale * position, T_TRA, T_TRI)
+        position = box[axis] + scale * position
+        return evaluate_plane(sort_along(among, axis), inside, position, T_TRA, T_TRI)
 
     found = [Case("V", box, (), T_TRI * N, f"{T_TRI:g} × {N}")]
     for name in ("I", "II", "III"):

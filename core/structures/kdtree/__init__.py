@@ -27,7 +27,7 @@ from ...parallel import core_count
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
-from ..cells import Cells, planes_across, rectangles
+from ..cells import Cells, planes_across, rectangles, when_divided
 from ..contract import intersection_cost, traversal_cost
 from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, order_setting
 from ..subdivision.settings import (
@@ -210,15 +210,17 @@ class KdTree(Subdivision):
         Attribute `axis` is 3 and `split` is NaN for leaves; `order` is that of
         :meth:`order_of_making`.
         """
-        nodes, tree = self.topology(), self.arrays.tree
+        nodes, tree, order = self.topology(), self.arrays.tree, self.order_of_making()
         axis = (tree.link & 3).astype(np.int8)
+        inner = np.flatnonzero(axis != LEAF)
         split = np.where(axis == LEAF, np.nan, tree.split)
         cut = [np.flatnonzero(axis == a) for a in range(3)]
         corners = [planes_across(nodes.boxes[cut[a]], a, split[cut[a]]) for a in range(3)]
         return Cells.sorted_by_depth(
             nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count,
-            {"axis": axis, "split": split, "order": self.order_of_making()},
+            {"axis": axis, "split": split, "order": order},
             planes=rectangles(np.concatenate(corners), np.concatenate(cut)),
+            divided=when_divided(order, inner, tree.link[inner] >> 2),
         )  # fmt: skip
 
     def validate(self) -> list[str]:

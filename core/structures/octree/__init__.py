@@ -25,7 +25,7 @@ from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
-from ..cells import Cells, planes_across, rectangles
+from ..cells import Cells, planes_across, rectangles, when_divided
 from ..contract import intersection_cost, traversal_cost
 from ..subdivision.frontier import ORDERS, budget_setting, order_setting
 from ..subdivision.settings import (
@@ -166,6 +166,7 @@ class Octree(Subdivision):
         return Cells.sorted_by_depth(
             nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count, {"order": built.order},
             planes=planes,
+            divided=when_divided(built.order, np.arange(n_inner), built.children[:, 0]),
         )  # fmt: skip
 
     def extra_statistics(self) -> dict[str, Any]:

@@ -6,7 +6,6 @@ lost by lines through the root, to which a large node matters more than a small 
 
 from __future__ import annotations
 
-import functools
 import itertools
 from typing import TYPE_CHECKING
 
@@ -15,10 +14,12 @@ import numpy as np
 from ....colours import ramp
 from ....geometry.box import surface_area
 from ....outlines import box_segments, wires_of
+from ....progress import SILENT, Progress
 from ....scene import Scene
 from ...cells import Cells
 from ...drawing import BLUE, GREY, ORANGE, RED, Colour, Lines, coloured, frame_of, outlines
-from ...exhibits import Exhibit, Frame
+from ...exhibits import Exhibit, Frame, Once
+from ..efficiency import Efficiency
 from ..overlap import shared_boxes
 from ..tree import ranges_of
 
@@ -42,24 +43,38 @@ def nodes_not_paying(structure: BVH) -> Exhibit:
     """Return the exhibit of the lecture's hierarchy efficiency, K B + sum p_i I_i < sum I_i."""
     settings = structure.settings
     inner = np.flatnonzero(structure.arrays.size == 0)
-    efficiency = functools.cache(structure.efficiency)
-    cells = functools.cache(structure.cells)
+    text = "Looking for nodes that do not pay"
 
-    @functools.cache
-    def ranges() -> tuple[np.ndarray, np.ndarray]:
+    @Once
+    def efficiency(progress: Progress) -> Efficiency:
+        progress.report(0, 4, text)
+        return structure.efficiency()
+
+    @Once
+    def cells(progress: Progress) -> Cells:
+        progress.report(1, 4, text)
+        return structure.cells()
+
+    @Once
+    def ranges(progress: Progress) -> tuple[np.ndarray, np.ndarray]:
         """Begin and end of the triangles below every node."""
+        progress.report(2, 4, text)
         return ranges_of(structure.arrays.first, structure.arrays.size, structure.width())
 
-    @functools.cache
-    def worst() -> np.ndarray:
-        gain, areas = efficiency().gain[inner], structure.areas[inner]
+    @Once
+    def worst(progress: Progress) -> np.ndarray:
+        gain, areas = efficiency(progress).gain[inner], structure.areas[inner]
+        progress.report(3, 4, text)
         # Nodes that pay come behind all others: those with the least gain.
         return inner[np.lexsort([np.where(gain <= 0.0, gain * areas, gain), gain > 0.0])]
 
-    def frame(number: int) -> Frame:
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
+        bad = worst(progress)
+        for each in (cells, ranges):
+            each(progress)
         if number > 0:
-            return one(int(worst()[number - 1]))
-        bad = worst()[: int((efficiency().gain[inner] <= 0.0).sum())]
+            return one(int(bad[number - 1]))
+        bad = bad[: int((efficiency().gain[inner] <= 0.0).sum())]
         shown = bad[:MOST_BOXES]
         parts = [volume_of(cells(), np.array([0]), GREY), volume_of(cells(), shown, RED)]
         caption = (
@@ -110,23 +125,28 @@ def overlapping_siblings(structure: BVH) -> Exhibit:
     width, first = structure.width(), structure.arrays.first
     n_pairs = int((width * (width - 1) // 2).sum())
 
-    @functools.cache
-    def pairs() -> tuple[np.ndarray, ...]:
+    @Once
+    def pairs(progress: Progress) -> tuple[np.ndarray, ...]:
         """Parents, both children, the boxes they share, and how much; the largest box first."""
+        text = "Looking for siblings that overlap"
+        progress.report(0, 3, text)
         boxes = structure.arrays.volumes.boxes()
         found = []
         for i, j in itertools.combinations(range(int(width.max(initial=0))), 2):
             parents = np.flatnonzero(width > j)
             found.append(np.stack([parents, first[parents] + i, first[parents] + j]))
         parents, a, b = np.concatenate([np.empty((3, 0), np.int64), *found], axis=1)
+        progress.report(1, 3, text)
         shared = shared_boxes(boxes[a], boxes[b])
+        progress.report(2, 3, text)
         areas, around = surface_area(shared), surface_area(boxes[parents])
         shares = np.divide(areas, around, out=np.zeros(len(areas)), where=around > 0.0)
         order = np.argsort(-areas, kind="stable")
+        progress.report(3, 3, text)
         return tuple(each[order] for each in (parents, a, b, shared, shares))
 
-    def frame(number: int) -> Frame:
-        parents, a, b, shared, shares = pairs()
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
+        parents, a, b, shared, shares = pairs(progress)
         if number > 0:
             n = number - 1
             return one(int(parents[n]), int(a[n]), int(b[n]), shared[n], float(shares[n]))
@@ -170,8 +190,7 @@ def overlapping_siblings(structure: BVH) -> Exhibit:
 
 def volume_of(cells: Cells, nodes: np.ndarray, colour: Colour) -> Lines:
     """Return the edges of the volumes of nodes."""
-    places = np.flatnonzero(np.isin(cells.numbers, nodes))
-    return coloured(wires_of(cells, places).segments(), colour)
+    return coloured(wires_of(cells, cells.places_of(nodes)).segments(), colour)
 
 
 def magnified(parts: list[Lines], box: np.ndarray, scene: Scene) -> list[Lines]:

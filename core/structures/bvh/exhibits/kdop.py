@@ -9,7 +9,7 @@ import numpy as np
 from ....colours import INNER_COLOUR, ramp
 from ....geometry.kdop import KDOPs
 from ....outlines import wires_of
-from ....progress import SILENT
+from ....progress import SILENT, Progress
 from ...cells import Cells
 from ...drawing import counted
 from ...exhibits import Exhibit, Frame
@@ -46,16 +46,16 @@ def kdop_levels(bvh: BVH) -> Exhibit:
     depths = bvh.depths()
     count = min(int(depths.max()) + 1, LEVELS)
 
-    def frame(level: int) -> Frame:
+    def frame(level: int, progress: Progress = SILENT) -> Frame:
         is_shown = (depths == level) | ((bvh.arrays.size > 0) & (depths < level))
         nodes = np.flatnonzero(is_shown)
         begin, end = ranges_of(bvh.arrays.first, bvh.arrays.size, bvh.width())
         nodes = np.sort(nodes[np.argsort(begin[nodes] - end[nodes], kind="stable")[:MOST_NODES]])
-        corners, begin, end = bvh.referred(begin[nodes], end[nodes])
+        corners, begin, end = bvh.referred(begin[nodes], end[nodes], progress)
         object_lines = sides_of_some(bvh.scene.triangles)
         segments, colours, sums = [], [], []
         for k, (right, up) in PLACES.items():
-            volumes = fit_all(f"kdop{k}", corners, begin, end, SILENT)
+            volumes = fit_all(f"kdop{k}", corners, begin, end, progress)
             lines, owners = edges_of(volumes)
             size = bvh.scene.upper - bvh.scene.lower
             shift = GAP * np.array([right * size[0], 0.0, up * size[2]])

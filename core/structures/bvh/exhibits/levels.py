@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....colours import INNER_COLOUR, depth_colours
 from ....outlines import wires_of
+from ....progress import SILENT, Progress
 from ...drawing import counted
-from ...exhibits import MOST_SEGMENTS, Exhibit, Frame
+from ...exhibits import MOST_SEGMENTS, Exhibit, Frame, Once
 
 if TYPE_CHECKING:
     from ....outlines import Wires
@@ -30,18 +30,19 @@ def levels(bvh: BVH) -> Exhibit:
 
     Leaves above the level are drawn, too, so that the volumes of each frame contain everything.
     """
-    cells_of = functools.cache(bvh.cells)
+    cells_of = Once(lambda progress: bvh.cells())
     deepest = int(bvh.depths().max())
 
-    def frame(level: int) -> Frame:
-        cells = cells_of()
+    def frame(level: int, progress: Progress = SILENT) -> Frame:
+        cells = cells_of(progress)
         areas = cells.attributes()["area"]
         on_level = cells.depth == level
         above = cells.is_leaf & (cells.depth < level)
         # The leaves above only where there is room, and large ones before small ones.
-        best_first = np.lexsort((-areas, ~on_level))
-        best_first = best_first[(on_level | above)[best_first]]
-        places, wires = as_many_as_possible(cells, best_first)
+        shown = np.flatnonzero(on_level | above)
+        progress.report(0, 1, "Choosing volumes")
+        best_first = shown[np.lexsort((-areas[shown], ~on_level[shown]))]
+        places, wires = as_many_as_possible(cells, best_first, progress)
         bright = on_level[wires.edge_owners()]
         colours = np.empty((len(bright), 4))
         colours[~bright] = *INNER_COLOUR, FAINT
@@ -70,12 +71,16 @@ def levels(bvh: BVH) -> Exhibit:
     )
 
 
-def as_many_as_possible(cells: Cells, best_first: np.ndarray) -> tuple[np.ndarray, Wires]:
+def as_many_as_possible(
+    cells: Cells, best_first: np.ndarray, progress: Progress
+) -> tuple[np.ndarray, Wires]:
     """Return those of some cells that one frame can show, ascending, and their edges."""
-    places = np.sort(best_first)
-    wires = wires_of(cells, places)
-    if len(wires.edges) > MOST_SEGMENTS:
-        most = max(MOST_SEGMENTS * len(places) // len(wires.edges), 1)
+    # None has fewer than six edges.
+    places = np.sort(best_first[: MOST_SEGMENTS // 6])
+    wires = wires_of(cells, places, progress)
+    counts = np.bincount(wires.edge_owners(), minlength=len(cells))[best_first[: len(places)]]
+    most = int(np.searchsorted(np.cumsum(counts), MOST_SEGMENTS, side="right"))
+    if most < len(places):
         places = np.sort(best_first[:most])
-        wires = wires_of(cells, places)
+        wires = wires_of(cells, places, progress)
     return places, wires

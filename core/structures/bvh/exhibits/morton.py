@@ -8,7 +8,6 @@ intervals as brackets over the sorted codes. "Radix sort" shows the codes as bar
 
 from __future__ import annotations
 
-import functools
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -18,9 +17,9 @@ from ....geometry.box import boxes_of
 from ....kernels import call
 from ....outlines import box_segments
 from ....parallel import Team
-from ....progress import SILENT
+from ....progress import SILENT, Progress
 from ...drawing import BLUE, GREY, ORANGE, Chart, Lines, coloured, counted, frame_of
-from ...exhibits import MOST_SEGMENTS, Exhibit, Frame
+from ...exhibits import MOST_SEGMENTS, Exhibit, Frame, Once
 from ..hlbvh import boxes_around
 from ..lbvh import find_cut
 from ..morton import codes_of, sort_by_code
@@ -75,20 +74,20 @@ def morton_curve(bvh: BVH) -> Exhibit:
     bits = int(bvh.settings.morton_bits)
     levels = min(MOST_LEVELS, count.bit_length())
 
-    @functools.cache
-    def along_curve() -> Sorted:
+    @Once
+    def along_curve(progress: Progress) -> Sorted:
         boxes = boxes_of(bvh.scene.triangles)
-        with Team(SILENT, "") as team:
+        with Team(progress, "Sorting along the curve") as team:
             codes, order = sort_by_code(boxes, bits, team)
         boxes = boxes[order]
         return Sorted(codes, boxes, 0.5 * (boxes[:, :3] + boxes[:, 3:]))
 
-    @functools.cache
-    def intervals() -> list[np.ndarray]:
-        return intervals_of_levels(along_curve().codes, levels)
+    @Once
+    def intervals(progress: Progress) -> list[np.ndarray]:
+        return intervals_of_levels(along_curve(progress).codes, levels)
 
-    def frame(number: int) -> Frame:
-        found = along_curve()
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
+        found = along_curve(progress)
         if number == 0:
             parts = [curve(found, np.linspace(0.0, 1.0, count), MOST_SEGMENTS)]
             different = counted(len(np.unique(found.codes)), "differs", "differ")
@@ -97,7 +96,7 @@ def morton_curve(bvh: BVH) -> Exhibit:
                 f"bits, of which {different}"
             )
         else:
-            begins = intervals()[number - 1]
+            begins = intervals(progress)[number - 1]
             ends = np.append(begins[1:], count)
             sizes, colours = ends - begins, 0.5 * (begins + ends) / count
             parts = [
@@ -106,7 +105,7 @@ def morton_curve(bvh: BVH) -> Exhibit:
                     box_segments(boxes_around(found.boxes, begins)),
                     opaque(ramp(np.repeat(colours, 12))),
                 ),
-                brackets(chart_below(bvh, count, levels), intervals()[:number]),
+                brackets(chart_below(bvh, count, levels), intervals(progress)[:number]),
             ]
             caption = (
                 f"Level {number - 1} of LBVH: {counted(len(begins), 'interval', 'intervals')}; "
@@ -178,16 +177,16 @@ def radix_sort(bvh: BVH) -> Exhibit:
     digits = -(-bits // DIGIT)
     step = -(-count // BARS)
 
-    @functools.cache
-    def states() -> list[np.ndarray]:
-        with Team(SILENT, "") as team:
+    @Once
+    def states(progress: Progress) -> list[np.ndarray]:
+        with Team(progress, "Sorting") as team:
             codes = codes_of(boxes_of(bvh.scene.triangles), bits, team)
             return [codes[::step].copy()] + [
                 now[::step].copy() for now, _ in passes(codes, bits, team)
             ]
 
-    def frame(number: int) -> Frame:
-        codes = states()[number]
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
+        codes = states(progress)[number]
         done = min(number * DIGIT, bits)
         if number == 0:
             caption = (
@@ -221,13 +220,13 @@ def radix_2_split(bvh: BVH) -> Exhibit:
     bits = int(bvh.settings.morton_bits)
     step = -(-len(bvh.scene) // SPLIT_CODES)
 
-    @functools.cache
-    def codes() -> np.ndarray:
-        with Team(SILENT, "") as team:
+    @Once
+    def codes(progress: Progress) -> np.ndarray:
+        with Team(progress, "Computing codes") as team:
             return codes_of(boxes_of(bvh.scene.triangles[::step]), bits, team)
 
-    def frame(bit: int) -> Frame:
-        now = codes()
+    def frame(bit: int, progress: Progress = SILENT) -> Frame:
+        now = codes(progress)
         for lower in range(bit):
             now = now[np.argsort(split(now, lower))]
         place = split(now, bit)

@@ -11,7 +11,6 @@ on (blue); in the model are the planes still in the game.
 
 from __future__ import annotations
 
-import functools
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -20,10 +19,10 @@ from ....colours import ramp
 from ....geometry.box import boxes_of
 from ....kernels import call
 from ....outlines import box_segments
-from ....progress import SILENT
+from ....progress import SILENT, Progress
 from ...cells import planes_across
 from ...drawing import BLUE, GREY, RED, Chart, Lines, coloured, frame_of, outlines
-from ...exhibits import Exhibit, Frame
+from ...exhibits import Exhibit, Frame, Once
 from .. import parallel_sah
 from ..parallel_split import reduction_step, rules
 from ..split_curve import has_curves, look_at_candidates
@@ -81,13 +80,19 @@ class DrawnLevel(NamedTuple):
     compacted: Slots
 
 
-def drawn_levels(bvh: BVH) -> list[DrawnLevel]:
-    """Let the builder build once more and keep of each level what can be drawn."""
+def drawn_levels(bvh: BVH, progress: Progress) -> list[DrawnLevel]:
+    """Let the builder build once more and keep of each level what can be drawn.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
     scene = bvh.scene
     make_rule, order = rules(Primitives(scene.triangles, boxes_of(scene.triangles)), bvh.settings)
     tree, splits = room_for(len(order))
     nodes = []
-    for level in parallel_sah.levels_of(make_rule, tree, splits, SILENT):
+    for level in parallel_sah.levels_of(make_rule, tree, splits, progress):
         queue, output = level.queue[: MOST_SLOTS // 2], level.output[:MOST_SLOTS]
         n_children = int((output[:, parallel_sah.NODE] != parallel_sah.EMPTY).sum())
         kept = queue, output, level.compacted[:n_children]
@@ -106,11 +111,11 @@ def drawn_levels(bvh: BVH) -> list[DrawnLevel]:
 
 def split_queues(bvh: BVH) -> Exhibit:
     """Return the work queues, two frames a level: after splitting, and after compaction."""
-    levels = functools.cache(lambda: drawn_levels(bvh))
+    levels = Once(lambda progress: drawn_levels(bvh, progress))
 
-    def frame(number: int) -> Frame:
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
         depth, is_compacted = divmod(number, 2)
-        level = levels()[depth]
+        level = levels(progress)[depth]
         shown = level.compacted if is_compacted else level.input
         colours = rainbow(len(shown.filled))
         parts = [Lines(box_segments(shown.boxes), colours.repeat(12, axis=0))]
@@ -206,12 +211,15 @@ def min_reduction(bvh: BVH) -> Exhibit:
     scene, settings = bvh.scene, bvh.settings
     n_candidates = 3 * settings.bins
 
-    @functools.cache
-    def reduced() -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    @Once
+    def reduced(progress: Progress) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
         """Return planes and costs of the candidates, and who is left after each step."""
+        progress.report(0, 1, "Looking at all candidates")
         make_rule, order = rules(Primitives(scene.triangles, boxes_of(scene.triangles)), settings)
         rule = make_rule()
+        progress.report(0, 1, "Looking at all candidates")
         call(look_at_candidates, rule, len(order), 0)
+        progress.report(1, 1, "Looking at all candidates")
         winners, left, stride = np.arange(n_candidates), [np.arange(n_candidates)], 1
         while stride < n_candidates:
             call(reduction_step, rule.costs, winners, stride)
@@ -219,8 +227,8 @@ def min_reduction(bvh: BVH) -> Exhibit:
             left.append(winners[::stride].copy())
         return 0.5 * rule.planes, rule.costs, left
 
-    def frame(step: int) -> Frame:
-        planes, costs, left = reduced()
+    def frame(step: int, progress: Progress = SILENT) -> Frame:
+        planes, costs, left = reduced(progress)
         return frame_of_reduction(bvh, planes, costs, left[: step + 1], len(left) - 1)
 
     return Exhibit(

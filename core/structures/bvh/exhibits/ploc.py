@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,9 +10,9 @@ from ....colours import ramp
 from ....geometry.box import boxes_of
 from ....outlines import box_segments
 from ....parallel import Team
-from ....progress import SILENT
+from ....progress import SILENT, Progress
 from ...drawing import Lines, counted, frame_of
-from ...exhibits import MOST_SEGMENTS, Exhibit, Frame
+from ...exhibits import MOST_SEGMENTS, Exhibit, Frame, Once
 from ..morton import sort_by_code
 from ..ploc import iterations
 from ..tree import leaves_only
@@ -54,12 +53,12 @@ def ploc_exhibits(bvh: BVH) -> list[Exhibit]:
         return []
     counts = bvh.figures["clusters"]
 
-    @functools.cache
-    def snapshots() -> list[Snapshot]:
-        return take_snapshots(bvh)
+    @Once
+    def snapshots(progress: Progress) -> list[Snapshot]:
+        return take_snapshots(bvh, progress)
 
-    def frame(number: int) -> Frame:
-        shot = snapshots()[number]
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
+        shot = snapshots(progress)[number]
         opacity = np.where(shot.is_new, 1.0, FAINT)
         colours = np.concatenate([ramp(shot.places), opacity[:, None]], axis=1)
         lines = Lines(box_segments(shot.boxes), np.repeat(colours, 12, axis=0))
@@ -81,8 +80,14 @@ def ploc_exhibits(bvh: BVH) -> list[Exhibit]:
     return [Exhibit("ploc_clusters", "PLOC Clusters", description, len(counts), frame, on_page)]
 
 
-def take_snapshots(bvh: BVH) -> list[Snapshot]:
-    """Run the builder once more and keep what one frame can show of every iteration."""
+def take_snapshots(bvh: BVH, progress: Progress) -> list[Snapshot]:
+    """Run the builder once more and keep what one frame can show of every iteration.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
     boxes = boxes_of(bvh.scene.triangles)
     n = len(boxes)
     begins = np.arange(2 * n - 1)  # the first reference below each node
@@ -92,7 +97,7 @@ def take_snapshots(bvh: BVH) -> list[Snapshot]:
         some = nodes[:: -(-len(nodes) // (MOST_SEGMENTS // 12))]
         return Snapshot(tree.boxes[some], begins[some] / n, some >= made, len(nodes))
 
-    with Team(SILENT, "") as team:
+    with Team(progress, "Running PLOC again") as team:
         _, order = sort_by_code(boxes, int(bvh.settings.morton_bits), team)
         tree = leaves_only(boxes[order])
         shots, made = [snapshot(np.arange(n))], n

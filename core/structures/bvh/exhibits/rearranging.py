@@ -12,6 +12,7 @@ import numpy as np
 
 from ....geometry.box import surface_area
 from ....outlines import box_segments
+from ....progress import SILENT, Progress
 from ....scene import Scene
 from ...drawing import BLUE, GREEN, GREY, ORANGE, RED, Chart, Colour, Lines, coloured, frame_of
 from ...exhibits import Exhibit, Frame
@@ -43,7 +44,7 @@ def cost_over_steps(structure: BVH, done: Rearrangement) -> Exhibit:
     ends = np.unique(np.linspace(0, len(costs) - 1, min(len(costs), 24)).astype(np.int64))
     scene, optimise = structure.scene, structure.settings.optimise
 
-    def frame(number: int) -> Frame:
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
         size = extent(np.concatenate([scene.lower, scene.upper]))
         corner = np.array([scene.upper[0] + 0.3 * size, scene.lower[1], scene.lower[2]])
         across, upwards = np.array([size, 0.0, 0.0]), np.array([0.0, 0.0, 0.6 * size])
@@ -77,7 +78,7 @@ def reinsertions(structure: BVH, done: Rearrangement) -> Exhibit:
     """Return the reinsertions that gained most, two frames each: before and after."""
     root = coloured(box_segments(structure.arrays.volumes.boxes()[:1]), GREY)
 
-    def frame(number: int) -> Frame:
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
         row, is_after = done.moves[number // 2], number % 2 == 1
         node, old_parent, old_sibling, new_sibling = row[2:].reshape(4, 6)
         new_parent = union(node, new_sibling)
@@ -114,7 +115,7 @@ def treelets(structure: BVH, done: Rearrangement) -> Exhibit:
     """Return the treelets that gained most, two frames each: before and after."""
     most = (done.moves.shape[1] + 1) // 10  # see treelet_width
 
-    def frame(number: int) -> Frame:
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
         row, is_new = done.moves[number // 2], number % 2
         count = int(row[2])
         leaves = row[3 : 3 + 6 * count].reshape(-1, 6)

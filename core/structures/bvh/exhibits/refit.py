@@ -12,6 +12,7 @@ import numpy as np
 
 from ....colours import depth_colours
 from ....outlines import box_segments
+from ....progress import SILENT, Progress
 from ...drawing import BLUE, ORANGE, RED, Chart, Lines, frame_of
 from ...exhibits import Exhibit, Frame
 
@@ -65,7 +66,7 @@ def refit_over_timeline(structure: BVH) -> Exhibit:
         np.array([0.0, 0.0, 0.4 * size]), numbers[0], numbers[-1], float(max(refit.max(), 1e-300)),
     )  # fmt: skip
 
-    def frame(number: int) -> Frame:
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
         moment = history[number]
         colours = depth_colours(moment.depths[::-1], LEVELS - 1)
         colours = np.concatenate([colours, np.ones((len(colours), 1))], axis=1).repeat(12, axis=0)

@@ -6,7 +6,6 @@ The builder is run again, level by level, until it has made enough spatial split
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections import deque
 from typing import TYPE_CHECKING
 
@@ -14,9 +13,10 @@ import numpy as np
 
 from ....geometry.box import boxes_of, surface_area
 from ....outlines import box_segments
+from ....progress import SILENT, Progress
 from ...cells import planes_across
 from ...drawing import BLUE, GREEN, GREY, ORANGE, RED, Colour, coloured, frame_of, outlines
-from ...exhibits import Exhibit, Frame
+from ...exhibits import Exhibit, Frame, Once
 from ..sbvh import Construction, Node, Split
 from ..tree import Primitives
 from .efficiency import magnified
@@ -40,22 +40,31 @@ def spatial_splits(structure: BVH) -> list[Exhibit]:
     if made == 0:
         return []
 
-    @functools.cache
-    def frames() -> list[Frame]:
-        return frames_of(structure, min(made, MOST_SPLITS))
+    @Once
+    def frames(progress: Progress) -> list[Frame]:
+        return frames_of(structure, min(made, MOST_SPLITS), progress)
+
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
+        return frames(progress)[number]
 
     exhibit = Exhibit(
         "spatial_splits",
         "Spatial Splits",
         "Planes of SBVH that cut triangles: clipped boxes, and triangles referenced on both sides",
         min(made, MOST_SPLITS),
-        lambda number: frames()[number],
+        frame,
     )
     return [exhibit]
 
 
-def frames_of(structure: BVH, count: int) -> list[Frame]:
-    """Run the builder until it has made so many spatial splits, and show each."""
+def frames_of(structure: BVH, count: int, progress: Progress) -> list[Frame]:
+    """Run the builder until it has made so many spatial splits, and show each.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
     settings, corners = structure.settings, structure.scene.triangles
     if settings.optimise != "none":
         # What an optimiser gets has one reference a leaf.
@@ -64,6 +73,7 @@ def frames_of(structure: BVH, count: int) -> list[Frame]:
     waiting = deque([work.root])
     frames: list[Frame] = []
     while len(frames) < count:
+        progress.report(len(frames), count, "Running SBVH again")
         split = work.split(waiting.popleft())
         if split:
             waiting += [split.left, split.right]

@@ -8,12 +8,12 @@ testing all triangles. Red: the plane that was taken, in its chart and in the mo
 
 from __future__ import annotations
 
-import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....outlines import box_segments
+from ....progress import SILENT, Progress
 from ...cells import planes_across
 from ...drawing import BLUE, GREEN, GREY, RED, Chart, Lines, coloured, frame_of, outlines
 from ...exhibits import Exhibit, Frame
@@ -39,21 +39,25 @@ def cost_curve(bvh: BVH) -> list[Exhibit]:
     inner = np.flatnonzero(bvh.arrays.size == 0)
     nearest = inner[np.argsort(bvh.depths()[inner], kind="stable")][:MOST_NODES]
     nodes = nearest.tolist() or [0]  # of one leaf, why it is one
-    frame = functools.partial(frame_of_node, bvh)
+
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
+        return frame_of_node(bvh, nodes[number], progress)
+
     return [
         Exhibit(
             "cost_curve",
             "Cost Curve",
             "Cost of all candidates of a split, by their position; the one that was taken",
             len(nodes),
-            lambda number: frame(nodes[number]),
+            frame,
         )
     ]
 
 
-def frame_of_node(bvh: BVH, node: int) -> Frame:
+def frame_of_node(bvh: BVH, node: int, progress: Progress) -> Frame:
     """Return the picture of the candidates of a node."""
-    curve, sweep = split_curve(bvh, node), split_curve(bvh, node, "sweep_sah")
+    curve = split_curve(bvh, node, progress=progress)
+    sweep = split_curve(bvh, node, "sweep_sah", progress)
     top = float(np.concatenate([curve.cost, sweep.cost]).max(initial=curve.leaf_cost))
     parts = [coloured(box_segments(curve.box[None]), GREY)]
     for axis in range(3):

@@ -7,17 +7,25 @@ around the triangles of both sides, as builders count. Grey: what testing all tr
 
 from __future__ import annotations
 
-import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....geometry.box import boxes_of
 from ....outlines import box_segments
+from ....progress import SILENT, Progress
 from ...cells import planes_across
 from ...drawing import BLUE, GREY, ORANGE, RED, Chart, Lines, coloured, frame_of, outlines
-from ...exhibits import Exhibit, Frame
-from ..split_plane import SplitPlane, evaluate_plane, evaluate_planes, halves_of, tight_costs
+from ...exhibits import Exhibit, Frame, Once
+from ..split_plane import (
+    SortedAxis,
+    SplitPlane,
+    evaluate_plane,
+    evaluate_planes,
+    halves_of,
+    sort_along,
+    tight_costs,
+)
 from ..worked_example import PRINTED, T_TRA, T_TRI, Case, cases_of, is_worked_example
 
 if TYPE_CHECKING:
@@ -38,8 +46,9 @@ def split_planes(structure: BVH) -> Exhibit:
     scene, settings = structure.scene, structure.settings
     box = np.concatenate([scene.lower, scene.upper])
     costs = settings.C_trav, settings.C_isect
-    boxes = functools.cache(lambda: boxes_of(scene.triangles))
-    cases = cases_of(boxes(), box) if is_worked_example(len(scene), box) else []
+    cases: list[Case] = []
+    if is_worked_example(len(scene), box):
+        cases = cases_of(boxes_of(scene.triangles), box)
     places = [
         (axis, float(box[axis] + share * (box[3 + axis] - box[axis])))
         for axis in range(3)
@@ -49,10 +58,16 @@ def split_planes(structure: BVH) -> Exhibit:
     # Of each axis the plane in its middle.
     middles = tuple(range((settings.bins - 1) // 2, len(places), settings.bins - 1))
 
-    def frame(number: int) -> Frame:
+    def sorting(axis: int) -> Once[SortedAxis]:
+        return Once(lambda progress: sort_along(boxes_of(scene.triangles), axis, progress))
+
+    axes = [sorting(axis) for axis in range(3)]
+
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
         if number < len(cases):
-            return frame_of_case(scene.triangles, boxes(), box, cases[number])
-        return frame_of_plane(scene.triangles, boxes(), box, *places[number - len(cases)], *costs)
+            return frame_of_case(scene.triangles, box, cases[number])
+        axis, position = places[number - len(cases)]
+        return frame_of_plane(scene.triangles, axes[axis](progress), box, position, *costs)
 
     return Exhibit(
         "split_planes",
@@ -66,9 +81,8 @@ def split_planes(structure: BVH) -> Exhibit:
 
 def frame_of_plane(
     triangles: np.ndarray,
-    boxes: np.ndarray,
+    along: SortedAxis,
     box: np.ndarray,
-    axis: int,
     position: float,
     C_trav: float,
     C_isect: float,
@@ -78,39 +92,43 @@ def frame_of_plane(
     Parameters
     ----------
     triangles : (n, 3, 3) float64
-    boxes : (n, 6) float64
-        Their boxes.
+    along : SortedAxis
+        The same, sorted along the axis that the plane cuts.
     box : (6,) float64
         What is divided.
     """
-    plane = evaluate_plane(boxes, box, axis, position, C_trav, C_isect)
-    planes = evaluate_planes(boxes, box, axis, np.array([position]), C_trav, C_isect)
-    tight = float(tight_costs(boxes, box, planes, C_trav, C_isect)[0])
-    caption = f"{'xyz'[axis]} = {position:.5g}: {figures_of(plane)}, Cost = {plane.cost:.2f}; "
+    plane = evaluate_plane(along, box, position, C_trav, C_isect)
+    planes = evaluate_planes(along, box, np.array([position]), C_trav, C_isect)
+    tight = float(tight_costs(along, box, planes, C_trav, C_isect)[0])
+    axis = "xyz"[plane.axis]
+    caption = f"{axis} = {position:.5g}: {figures_of(plane)}, Cost = {plane.cost:.2f}; "
     if np.isfinite(tight):
         caption += f"with tight boxes {tight:.2f}; "
-    caption += f"no split {C_isect * len(boxes):.2f} (C_trav {C_trav:g}, C_isect {C_isect:g})"
+    caption += f"no split {C_isect * len(triangles):.2f} (C_trav {C_trav:g}, C_isect {C_isect:g})"
     parts = [
-        *drawn_halves(triangles, boxes, box, plane),
-        *drawn_curve(boxes, box, plane, C_trav, C_isect),
+        *drawn_halves(triangles, box, plane),
+        *drawn_curve(along, box, plane, C_trav, C_isect),
     ]
     return frame_of(parts, caption)
 
 
-def frame_of_case(triangles: np.ndarray, boxes: np.ndarray, box: np.ndarray, case: Case) -> Frame:
+def frame_of_case(triangles: np.ndarray, box: np.ndarray, case: Case) -> Frame:
     """Return the picture of one case of the worked example; `box` is all of V."""
     parts = [coloured(box_segments(box[None]), GREY)]
     divided = case.box
     for plane in case.planes:
-        parts += drawn_halves(triangles, boxes, divided, plane)
+        parts += drawn_halves(triangles, divided, plane)
         divided = halves_of(divided, plane.axis, plane.position)[1]  # where a second plane goes on
     caption = (
         f"Cost({case.name}) = {case.formula} = {case.cost:.2f}; "
         f"the slide prints {PRINTED[case.name]:.1f} (t_tra {T_TRA:g}, t_tri {T_TRI:g})"
     )
     if len(case.planes) == 1:
-        parts += drawn_curve(boxes[inside(boxes, case.box)], case.box, case.planes[0], T_TRA, T_TRI)
-        caption = f"{figures_of(case.planes[0])}; {caption}"
+        (plane,) = case.planes
+        boxes = boxes_of(triangles)
+        along = sort_along(boxes[inside(boxes, case.box)], plane.axis)
+        parts += drawn_curve(along, case.box, plane, T_TRA, T_TRI)
+        caption = f"{figures_of(plane)}; {caption}"
     return frame_of(parts, caption)
 
 
@@ -125,13 +143,12 @@ def inside(boxes: np.ndarray, box: np.ndarray) -> np.ndarray:
     return ((centroids >= box[:3]) & (centroids <= box[3:])).all(axis=1)
 
 
-def drawn_halves(
-    triangles: np.ndarray, boxes: np.ndarray, box: np.ndarray, plane: SplitPlane
-) -> list[Lines]:
+def drawn_halves(triangles: np.ndarray, box: np.ndarray, plane: SplitPlane) -> list[Lines]:
     """Return the halves of a box and the triangles in them, left blue, right orange; the plane."""
     left, right = halves_of(box, plane.axis, plane.position)
     parts = [coloured(box_segments(left[None]), BLUE), coloured(box_segments(right[None]), ORANGE)]
     if len(triangles) <= MOST_TRIANGLES:
+        boxes = boxes_of(triangles)
         on_left = 0.5 * (boxes[:, plane.axis] + boxes[:, 3 + plane.axis]) < plane.position
         there = inside(boxes, box)
         parts.append(coloured(outlines(triangles[there & on_left]), BLUE))
@@ -142,14 +159,14 @@ def drawn_halves(
 
 
 def drawn_curve(
-    boxes: np.ndarray, box: np.ndarray, plane: SplitPlane, C_trav: float, C_isect: float
+    along: SortedAxis, box: np.ndarray, plane: SplitPlane, C_trav: float, C_isect: float
 ) -> list[Lines]:
     """Return the curve of cost over all planes of the axis, with this one marked."""
     axis, low, high = plane.axis, box[:3], box[3:]
     positions = np.linspace(low[axis], high[axis], SAMPLES)
-    planes = evaluate_planes(boxes, box, axis, positions, C_trav, C_isect)
-    halves, tight = planes.cost, tight_costs(boxes, box, planes, C_trav, C_isect)
-    unsplit = C_isect * len(boxes)
+    planes = evaluate_planes(along, box, positions, C_trav, C_isect)
+    halves, tight = planes.cost, tight_costs(along, box, planes, C_trav, C_isect)
+    unsplit = C_isect * len(along.centroids)
     top = max(float(halves.max()), float(tight[np.isfinite(tight)].max(initial=unsplit)))
 
     # Below the model for planes across x and y, to its right for those across z.

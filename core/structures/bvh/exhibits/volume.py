@@ -7,7 +7,6 @@ ones among those that hit the volume.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,9 +15,9 @@ import numpy as np
 from ....geometry.kinds import KINDS
 from ....geometry.polygons import Polygons
 from ....geometry.rays import Rays
-from ....progress import SILENT
+from ....progress import SILENT, Progress
 from ...drawing import BLUE, GREEN, GREY, ORANGE, Lines, coloured, frame_of
-from ...exhibits import Exhibit, Frame
+from ...exhibits import Exhibit, Frame, Once
 from ...line_sample import (
     Ball,
     LineSample,
@@ -55,15 +54,17 @@ def volume_efficiency(structure: BVH, kinds: Sequence[str] = ()) -> Exhibit:
             return random_lines_through(ball, count, seed=1)
         return parallel_lines_through(ball, np.eye(3)[view - 1], count)
 
-    @functools.cache
-    def volume_of(kind: str) -> Any:
-        return fit_all(kind, scene.triangles, np.zeros(1, int), np.full(1, len(scene)), SILENT)
+    def fitting(kind: str) -> Once[Any]:
+        everything = np.zeros(1, int), np.full(1, len(scene))
+        return Once(lambda progress: fit_all(kind, scene.triangles, *everything, progress))
 
-    def frame(number: int) -> Frame:
+    volumes = {kind: fitting(kind) for kind in kinds}
+
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
         kind, view = kinds[number // len(VIEWS)], number % len(VIEWS)
-        volume = volume_of(kind)
-        counted = sample_of(lines(view, COUNTED), structure, volume)
-        drawn = sample_of(lines(view, DRAWN), structure, volume)
+        volume = volumes[kind](progress)
+        counted = sample_of(lines(view, COUNTED), structure, volume, progress)
+        drawn = sample_of(lines(view, DRAWN), structure, volume, progress)
         sign = "=" if view == 0 else "along this direction ="
         caption = (
             f"{kind}, {VIEWS[view]}: pA/pB {sign} {counted.ratio:.2f}; of all lines "
