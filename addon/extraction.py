@@ -130,15 +130,22 @@ def meshes_in_scope(depsgraph: bpy.types.Depsgraph, scope: str) -> Iterator[Foun
 
 def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
     """Read the triangles of an evaluated object."""
+    # Its kernels need Numba, which is not to be loaded before somebody measures.
+    from ..core.geometry.triangulation import triangulate
+
     # In edit mode the evaluated data are still in the editor's form; to_mesh() converts them, and
     # otherwise shares them without a copy.
     mesh = obj.to_mesh()
     try:
         positions = np.empty((len(mesh.vertices), 3), dtype=np.float32)
         mesh.vertices.foreach_get("co", positions.ravel())
-        corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
-        mesh.loop_triangles.foreach_get("vertices", corners.ravel())
-        return LocalMesh(positions, corners, hash_of(mesh))
+        # Not Blender's own triangles: those of files are cut in the same way as these.
+        outline = np.empty(len(mesh.loops), dtype=np.int32)
+        if len(outline):
+            mesh.attributes[".corner_vert"].data.foreach_get("value", outline)
+        sizes = np.empty(len(mesh.polygons), dtype=np.int32)
+        mesh.polygons.foreach_get("loop_total", sizes)
+        return LocalMesh(positions, triangulate(positions, outline, sizes), hash_of(mesh))
     finally:
         obj.to_mesh_clear()
 

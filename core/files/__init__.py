@@ -1,0 +1,70 @@
+"""Scenes from mesh files, their triangles in the order of the file.
+
+One file per format, each written from its specification: readers that others keep lose or move
+triangles without a word, and the number of a triangle is how other programs know it. All polygons
+are cut by :mod:`..geometry.triangulation`. What is in a file and could be seen, but is not read, is
+named in :attr:`.Scene.notes`; what is broken is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..scene import Scene
+from .contents import BrokenFile, Contents
+from .gltf import read_gltf
+from .obj import read_obj
+from .off import read_off
+from .ply import read_ply
+from .stl import read_stl
+
+READERS: dict[str, Callable[[Path], Contents]] = {
+    ".obj": read_obj,
+    ".ply": read_ply,
+    ".stl": read_stl,
+    ".glb": read_gltf,
+    ".gltf": read_gltf,
+    ".off": read_off,
+}
+"""How a mesh file is read, by its suffix."""
+
+
+def load_mesh_file(path: str | Path) -> Scene:
+    """Read all triangles of a mesh file, in file order and world space.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, of another kind, broken, or needs what is not read.
+    """
+    path = Path(path)
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        known = ", ".join(READERS)
+        raise InputError(f"{path} is of no known kind; scenes are {known}, .blend or sample:NAME")
+    if not path.is_file():
+        raise InputError(f"there is no file {path}")
+    try:
+        pieces, notes = reader(path)
+    except BrokenFile as error:
+        raise InputError(
+            f"{path} cannot be read: {error}; repair it, or export it again"
+        ) from error
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
+    counts = [len(piece.triangles) for piece in pieces]
+    if not sum(counts):
+        also = "".join(f"; {note}" for note in notes)
+        raise InputError(f"{path} has no triangles{also}; choose a mesh with faces")
+    return Scene.from_triangles(
+        np.concatenate([piece.triangles for piece in pieces]),
+        path.stem,
+        str(path),
+        object_ids=np.repeat(np.arange(len(pieces)), counts),
+        object_names=tuple(piece.name for piece in pieces),
+        notes=tuple(notes),
+    )
