@@ -143,8 +143,9 @@ def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
         outline = np.empty(len(mesh.loops), dtype=np.int32)
         if len(outline):
             mesh.attributes[".corner_vert"].data.foreach_get("value", outline)
-        sizes = np.empty(len(mesh.polygons), dtype=np.int32)
-        mesh.polygons.foreach_get("loop_total", sizes)
+        sizes = np.full(len(mesh.polygons), 3, dtype=np.int32)
+        if len(outline) != 3 * len(sizes):  # no face of Blender's has fewer corners
+            mesh.polygons.foreach_get("loop_total", sizes)
         return LocalMesh(positions, triangulate(positions, outline, sizes), hash_of(mesh))
     finally:
         obj.to_mesh_clear()
