@@ -1,5 +1,6 @@
 """Trees that are rearranged stay sound and never get worse; moves are the best ones there are."""
 
+import dataclasses
 import functools
 import itertools
 import threading
@@ -12,6 +13,7 @@ from accelscope.core.kernels import call
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.structures.bvh import binned_sah, rearranging
 from accelscope.core.structures.bvh import reinsert as one_by_one
+from accelscope.core.structures.bvh import reinsert_batches as in_batches
 from accelscope.core.structures.bvh import reinsert_parallel as at_once
 from accelscope.core.structures.bvh import rotate as rotations
 from accelscope.core.structures.bvh.collapse import LeafRule, collapse
@@ -23,7 +25,8 @@ from accelscope.core.structures.exhibits import MOST_SEGMENTS
 from accelscope.sample_scenes import make_sample
 
 NAMES = [name for name in OPTIMISERS if name != "none"]
-SETTINGS = BVHSettings(max_leaf_size=1)
+SETTINGS = BVHSettings(max_leaf_size=1, batch=0.25)
+"""A batch that has something to do in a tree of a thousand nodes."""
 
 # ------------------------------------------------------------------- trees as nested tuples
 
@@ -330,11 +333,12 @@ def test_poor_trees_become_good_ones():
     scene = make_sample("suzanne:subdivisions=1")
     aim = cost_of(good_tree(scene))
     start = cost_of(poor_tree(scene))
-    ends = {name: optimised(name, poor_tree(scene)).costs[-1] for name in NAMES}
+    settings = dataclasses.replace(SETTINGS, rounds=1000)
+    ends = {name: optimised(name, poor_tree(scene), settings).costs[-1] for name in NAMES}
     assert start > 20 * aim
     assert ends["reinsert"] < 1.1 * aim
     assert ends["reinsert_parallel"] < 1.1 * aim
-    for name in ("rotate", "treelet", "treelet_agglomerative"):
+    for name in ("rotate", "treelet", "treelet_agglomerative", "reinsert_batches"):
         assert ends[name] < 0.5 * start
 
 
@@ -348,7 +352,8 @@ def test_reinsertion_finds_the_best_place_of_all(seed):
     nested, n_nodes = nested_of(tree), len(tree.left)
     before = measure(nested, boxes)[1]
     places, gains = np.empty(n_nodes, np.int32), np.zeros(n_nodes)
-    call(at_once.search_range, tree, 0, n_nodes, 1e-12, at_once.make_search(), places, gains)
+    nodes, search = np.arange(n_nodes, dtype=np.int32), at_once.make_search()
+    call(at_once.search_range, tree, nodes, 0, n_nodes, 1e-12, search, places, gains)
     for node in range(n_nodes):
         if tree.parent[node] < 0:
             assert places[node] == -1
@@ -363,6 +368,43 @@ def test_reinsertion_finds_the_best_place_of_all(seed):
         # The place is named before the node is cut off: perhaps it loses the node by that.
         place = without(nested_of(tree, places[node]), part)
         assert measure(beside(rest, place, part), boxes)[1] == pytest.approx(best, abs=1e-9)
+
+
+def test_a_batch_of_all_nodes_is_parallel_reinsertion():
+    """The same tree, and the same one in the middle if there are fewer rounds."""
+    scene = make_sample("suzanne:subdivisions=0")
+    whole, batches = poor_tree(scene), poor_tree(scene)
+    done = optimised("reinsert_parallel", whole)
+    settings = dataclasses.replace(SETTINGS, batch=1.0, rounds=1000)
+    same = optimised("reinsert_batches", batches, settings)
+    assert same.costs == done.costs
+    assert same.made == done.made
+    for one, other in zip(whole, batches, strict=True):
+        np.testing.assert_array_equal(one, other)
+    few = optimised("reinsert_batches", poor_tree(scene), dataclasses.replace(settings, rounds=2))
+    assert few.costs == done.costs[:3]
+
+
+def test_a_round_moves_some_of_the_largest_nodes_and_no_other():
+    scene = make_sample("suzanne:subdivisions=2")
+    start = good_tree(scene)
+    settings = dataclasses.replace(SETTINGS, batch=0.01, rounds=1)
+    done = optimised("reinsert_batches", copied(start), settings)
+    # The root is one of them; it has no better place.
+    count = int(np.ceil(0.01 * len(start.left))) + 1
+    areas = surface_area(start.boxes)
+    least = np.sort(areas)[-count]
+    assert 0 < done.made <= count
+    assert (surface_area(done.moves[:, 2:8]) >= least).all()
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 9, 10])
+def test_the_largest_nodes_of_equal_ones_the_lowest(count):
+    edges = np.array([2.0, 3.0, 1.0, 3.0, 2.0, 2.0, 3.0, 1.0, 2.0, 2.0])
+    tree = LinkedTree(np.zeros((10, 6)), *(np.zeros(10, np.int32) for _ in range(3)))
+    tree.boxes[:, 3:] = edges[:, None]
+    expected = sorted(sorted(range(10), key=lambda node: (-edges[node], node))[:count])
+    assert in_batches.largest(tree, count).tolist() == expected
 
 
 @pytest.mark.parametrize("seed", range(4))

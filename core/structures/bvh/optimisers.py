@@ -6,7 +6,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...progress import Progress
-from . import reinsert, reinsert_parallel, rotate, treelet, treelet_agglomerative
+from . import (
+    reinsert,
+    reinsert_batches,
+    reinsert_parallel,
+    rotate,
+    treelet,
+    treelet_agglomerative,
+)
 from .rearranging import Rearrangement
 from .tree import LinkedTree
 
@@ -22,8 +29,13 @@ OPTIMISERS: dict[str, tuple[str, Optimiser | None]] = {
         "The worst nodes are taken apart, one after another (Bittner 2013)", reinsert.optimise
     ),
     "reinsert_parallel": (
-        "All nodes look for a better place at once (Meister and Bittner 2018)",
+        "All nodes look for a better place at once; on few cores slower than one after another"
+        " (Meister and Bittner 2018)",
         reinsert_parallel.optimise,
+    ),
+    "reinsert_batches": (
+        "The largest nodes look for a better place at once: much of the gain in little time",
+        reinsert_batches.optimise,
     ),
     "treelet": (
         "The best tree over every seven subtrees (Karras and Aila 2013)", treelet.optimise

@@ -106,5 +106,22 @@ class BVHSettings:
         maximum=16.0,
         only_for={"builder": ("sbvh",)},
     )
+    batch: float = setting(
+        0.05,
+        "Batch",
+        "Share of the nodes that look for a better place in a round, the largest ones",
+        minimum=0.001,
+        maximum=1.0,
+        only_for={"optimise": ("reinsert_batches",)},
+    )
+    rounds: int = setting(
+        3,
+        "Rounds",
+        "How often a batch is reinserted; fewer times where little is gained",
+        unit="rounds",
+        minimum=1,
+        maximum=1000,
+        only_for={"optimise": ("reinsert_batches",)},
+    )
     C_trav: float = traversal_cost()
     C_isect: float = intersection_cost()
