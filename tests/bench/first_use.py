@@ -1,0 +1,122 @@
+"""What the first use of a structure takes, when nothing is compiled yet, and memory at its peak.
+
+    python tests/bench/first_use.py [--runs N] [STRUCTURE ...]
+
+Compilation works on one core; what counts is processor time, which other programs disturb less than
+the clock on the wall.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+
+from accelscope.core.structures import structures
+from hierarchies import others
+from timing import spread
+
+FEW = ("bvh", "grid", "octree", "kdtree", "bsp")
+"""Structures of a run that does not look at all."""
+
+FIRST_USE = """
+import sys, time
+from accelscope.core import kernels
+kernels.set_cache_root(sys.argv[1])
+from accelscope.addon.command import main
+main(["evaluate", "sample:tetra", "--quiet", "--structure", sys.argv[2],
+      "--rays", "random_lines:count=1000"])
+print(time.process_time())
+"""
+
+MEMORY = """
+import resource, sys
+from accelscope.core.settings import parse, parse_spec
+from accelscope.core.structures import structure_named
+from accelscope.sample_scenes import make_sample
+scene = make_sample(sys.argv[1])
+name, texts = parse_spec(sys.argv[2])
+kind = structure_named(name)
+kind.build(scene, parse(kind.Settings, texts, name))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20)
+"""
+
+
+def everything() -> list[str]:
+    """Return all structures, and the hierarchy with everything else it can be made of."""
+    kinds = ("builder", "optimise", "volume", "arity")
+    return [
+        *structures(),
+        *(f"bvh:{kind}={name}" for kind in kinds for name in others(kind)),
+    ]
+
+
+def number_printed(program: str, *arguments: str) -> float:
+    """Run a program of Python in a process of its own and return the number that it prints."""
+    return float(
+        subprocess.run(
+            [sys.executable, "-c", program, *arguments], check=True, capture_output=True, text=True
+        ).stdout
+    )
+
+
+def first_use(specs: list[str], runs: int) -> dict[str, dict[str, list[float]]]:
+    """Measure starting, building and tracing: processor seconds with nothing compiled, and later.
+
+    Parameters
+    ----------
+    runs : int
+        Each with an empty cache of kernels; the first structure is run so often, the others once.
+    """
+    found = {}
+    for spec in specs:
+        first, later = [], []
+        for _ in range(runs if spec == specs[0] else 1):
+            with tempfile.TemporaryDirectory() as cache:
+                first.append(number_printed(FIRST_USE, cache, spec))
+                later.append(number_printed(FIRST_USE, cache, spec))
+        found[spec] = {"first": first, "later": later}
+    return found
+
+
+def peak_memory(specs: list[str], sample: str) -> dict[str, float]:
+    """Measure the most memory, in GiB, that a process takes which builds one structure."""
+    return {spec: number_printed(MEMORY, sample, spec) for spec in specs}
+
+
+def report_first_use(starts: dict[str, dict[str, list[float]]]) -> list[str]:
+    """Return first uses as lines."""
+    return ["start, build and trace: processor seconds with nothing compiled, and later"] + [
+        f"  {spec:<34} {spread(each['first'])!s:<28} {spread(each['later'])}"
+        for spec, each in starts.items()
+    ]
+
+
+def report_memory(memory: dict[str, float], sample: str) -> list[str]:
+    """Return peaks as lines."""
+    return [f"memory of a process that builds over {sample}, GiB"] + [
+        f"  {spec:<34} {gib:6.2f}" for spec, gib in memory.items()
+    ]
+
+
+def markdown_first_use(starts: dict[str, dict[str, list[float]]]) -> list[str]:
+    """Return a sentence for the README."""
+    each = ", ".join(
+        f"{spread(times['first']).median - spread(times['later']).median:.0f} s for `{spec}`"
+        for spec, times in starts.items()
+    )
+    return [f"The first use after an installation compiles, on one core: {each}."]
+
+
+def main() -> None:
+    """Print first uses."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("structures", nargs="*", default=list(FEW))
+    parser.add_argument("--runs", type=int, default=3, help="of the first structure")
+    arguments = parser.parse_args()
+    print("\n".join(report_first_use(first_use(arguments.structures, arguments.runs))))
+
+
+if __name__ == "__main__":
+    main()
