@@ -8,22 +8,27 @@ from __future__ import annotations
 
 import argparse
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 from ..core.errors import InputError
 from ..core.scene import Scene
 from .command_arguments import (
-    add_output_options,
-    add_threads_option,
+    SPECS,
     open_scene,
-    progress_of,
-    refuse_bad_outputs,
     refuse_bad_threads,
-    say,
+    scenes_of,
     structure_specs,
     workload_specs,
-    write_records,
+)
+from .command_output import (
+    Results,
+    add_output_options,
+    add_threads_option,
+    note_on,
+    progress_of,
+    refuse_bad_outputs,
+    say,
 )
 
 EXAMPLES = """\
@@ -43,7 +48,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="refit against rebuild over the frames of an animation",
         description="Keep the tree of the first frame and refit it to every other one; compare its "
         "cost with that of a tree built for that frame.",
-        epilog=EXAMPLES,
+        epilog=f"{SPECS}\n{EXAMPLES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
@@ -58,8 +63,8 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     parser.set_defaults(run=run)
 
 
-def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> None:
-    """Compare over all frames and write what was asked for.
+def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> int:
+    """Compare over all frames and write what was asked for; return the exit code.
 
     Raises
     ------
@@ -78,15 +83,28 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
     numbers = frame_numbers(arguments.frames) if arguments.frames else None
     refuse_bad_outputs(arguments, arguments.scenes)
 
-    from ..core.evaluation.animation import animate, table
+    from ..core.evaluation.animation import METHODS, Comparison, table
     from ..core.evaluation.animation_page import write_page
 
-    progress = progress_of(arguments)
     frames = frames_of(arguments.scenes, numbers, open_file is not None)
-    found = animate(frames, settings, workload, workload_settings, arguments.threads, progress)
-    if arguments.pictures:
-        write_page(Path(arguments.pictures), found)
-    write_records(arguments, found.records, table)
+    found = Comparison(
+        settings, workload, workload_settings, arguments.threads, progress_of(arguments)
+    )
+    remarks: set[str] = set()
+    with Results(arguments, table, len(METHODS) * len(frames)) as results:
+        results.records = found.records
+        results.write_page = lambda: write_page(Path(arguments.pictures), found)
+        for number, name, open_one in frames:
+            scene: Scene | str = name
+            try:
+                scene = open_one()
+                note_on(arguments, scene, remarks)
+                found.add(number, scene)
+            except (InputError, MemoryError) as error:
+                if found.last is None:
+                    raise  # without a first tree there is nothing to compare
+                found.add_failure(number, scene, results.complain(f"frame {number}", error))
+    return results.exit_code
 
 
 def frame_numbers(text: str) -> range:
@@ -111,13 +129,13 @@ def frame_numbers(text: str) -> range:
 
 def frames_of(
     scenes: list[str], numbers: range | None, in_blender: bool
-) -> Iterator[tuple[int, Scene]]:
-    """Yield number and scene of every frame that the arguments name.
+) -> list[tuple[int, str, Callable[[], Scene]]]:
+    """Return number, name of the file, and opener of every frame that the arguments name.
 
     Raises
     ------
     InputError
-        If there is none, or it cannot be read.
+        If there is none, or the .blend cannot be read.
     """
     is_blend = len(scenes) == 1 and scenes[0].lower().endswith(".blend")
     if not scenes and not in_blender:
@@ -130,9 +148,10 @@ def frames_of(
         from . import extraction, timeline
 
         chosen = timeline.frame_range(bpy.context.scene) if numbers is None else numbers
-        yield from timeline.frames(bpy.context, extraction.VISIBLE, chosen)
-        return
+        name = scenes[0] if is_blend else "open file"
+        take = functools.partial(timeline.scene_at, bpy.context, extraction.VISIBLE)
+        return [(number, name, functools.partial(take, number)) for number in chosen]
     if numbers is not None:
         raise InputError("--frames belongs to the timeline of one .blend; mesh files are one each")
-    for number, argument in enumerate(scenes):
-        yield number, open_scene(argument)
+    openers = scenes_of(scenes, None)
+    return [(number, name, open_one) for number, (name, open_one) in enumerate(openers)]

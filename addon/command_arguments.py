@@ -1,45 +1,145 @@
-"""What all subcommands share: what their arguments name, and where their results go.
+"""What all subcommands share: what their arguments name.
 
-Like :mod:`.command`, this imports no ``bpy``; a ``.blend`` brings it in.
+Like :mod:`.command`, this imports no ``bpy``; a ``.blend`` brings it in. Whatever takes its time
+is imported where it is used, so that help and refusals come at once.
 """
 
 from __future__ import annotations
 
 import argparse
 import functools
+import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..core.errors import InputError
-from ..core.evaluation.workloads import Workload, workload_named
-from ..core.files import load_mesh_file
-from ..core.progress import SILENT, Progress, TerminalProgress
 from ..core.scene import Scene
 from ..core.settings import parse, parse_spec, without_effect
-from ..core.structures import structure_named, structures
-from ..core.structures.contract import Structure
-from ..sample_scenes import make_sample
+from ..sample_scenes import make_sample, sample_and_settings
 
-# ---------------------------------------------------------------------------- what they name
+if TYPE_CHECKING:
+    from ..core.evaluation.workloads import Workload
+    from ..core.structures.contract import Structure
+
+SPECS = """\
+A SCENE is a mesh file (OBJ, PLY, STL, GLB, glTF, OFF), a .blend or sample:NAME[:key=value,...]. It
+may stand anywhere. A file whose name begins with sample: is ./sample:...
+
+A SPEC is NAME[:key=value,...], three numbers are 1x2x3. A comma that no key= follows belongs to the
+value; a value in quotes ends where they do: 'file:path=a,b.npz', 'file:path="a,b=c.npz"'.
+
+Exit code 0: all was measured. 1: some was; the rest was refused, or stopped by Ctrl-C, with a line
+on standard error each, and has records with an error instead of figures. 2: nothing was measured,
+or a result could not be written; one line on standard error says why.
+"""
+"""What the help of every subcommand ends with."""
+
+NEGATIVE = re.compile(r"-[.\d]")
 
 
-def scenes_of(
-    arguments: Sequence[str], open_file: Callable[[], Scene] | None
-) -> list[Callable[[], Scene]]:
-    """Return what opens each scene that is named; without a name, that of Blender's open file.
+class Parser(argparse.ArgumentParser):
+    """A parser whose complaints are one line, like all others."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise InputError instead of printing the usage."""
+        raise InputError(f"{message}; see: {self.prog} -h")
+
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse; values may begin with a dash and a digit, and a SCENE may stand anywhere."""
+        words = sys.argv[1:] if args is None else list(args)
+        # argparse takes no word for an option that begins with a space.
+        guarded = {f" {word}": word for word in words if NEGATIVE.match(word)}
+        given = [f" {word}" if f" {word}" in guarded else word for word in words]
+        arguments, rest = self.parse_known_args(given, namespace)
+        for name, value in vars(arguments).items():
+            if isinstance(value, str):
+                setattr(arguments, name, guarded.get(value, value))
+            elif isinstance(value, list):
+                setattr(arguments, name, [guarded.get(word, word) for word in value])
+        # argparse looks for scenes in one place only and leaves the others behind.
+        if rest and (not hasattr(arguments, "scenes") or any(w.startswith("-") for w in rest)):
+            self.error(f"unrecognized arguments: {' '.join(rest)}")
+        arguments.words = words
+        if rest:
+            rest = [guarded.get(word, word) for word in rest]
+            arguments.scenes = in_order(arguments.scenes + rest, words)
+        return arguments
+
+
+# ------------------------------------------------------------------------------------- scenes
+
+
+def take_scenes(
+    arguments: argparse.Namespace, option: str, known: Collection[str], what: str
+) -> list[str]:
+    """Return the values of an option that takes several; scenes among them become scenes.
+
+    Parameters
+    ----------
+    known : collection of str
+        The names that values of the option begin with.
+    what : str
+        What they are, for the message.
 
     Raises
     ------
     InputError
-        If there is neither.
+        For a value that may be both, or if nothing but scenes is left.
     """
+    values = getattr(arguments, option)
+    if values is None:
+        return []
+    taken = [value for value in values if is_scene(value, known, f"--{option}")]
+    if len(taken) == len(values):
+        raise InputError(f"--{option} names no {what}, only a scene: {taken[0]}")
+    arguments.scenes = in_order(arguments.scenes + taken, arguments.words)
+    return [value for value in values if value not in taken]
+
+
+def in_order(scenes: list[str], words: list[str]) -> list[str]:
+    """Return scenes in the order of the command line; those that it ties to an option last."""
+    return sorted(scenes, key=[*words, *scenes].index)
+
+
+def is_scene(value: str, known: Collection[str], option: str) -> bool:
+    """Say whether a value of an option is rather a scene.
+
+    Raises
+    ------
+    InputError
+        If a file is called like a value of the option.
+    """
+    from ..core.files import READERS
+
+    is_known = value.partition(":")[0].strip() in known
+    has_suffix = Path(value).suffix.lower() in (*READERS, ".blend")
+    if is_known and has_suffix and Path(value).is_file():
+        raise InputError(f"{value} is a file, but looks like a value of {option}; write ./{value}")
+    return not is_known and (value.startswith("sample:") or has_suffix or Path(value).is_file())
+
+
+def scenes_of(
+    arguments: Sequence[str], open_file: Callable[[], Scene] | None
+) -> list[tuple[str, Callable[[], Scene]]]:
+    """Return name and opener of each scene that is named; without a name, of Blender's open file.
+
+    Raises
+    ------
+    InputError
+        If there is neither, or a sample scene is named wrongly.
+    """
+    for argument in arguments:
+        if argument.startswith("sample:"):
+            if Path(argument).is_file():
+                raise InputError(f"there is a file {argument}; write ./{argument} for it")
+            sample_and_settings(argument.removeprefix("sample:"))
     if arguments:
-        return [functools.partial(open_scene, argument) for argument in arguments]
+        return [(argument, functools.partial(open_scene, argument)) for argument in arguments]
     if open_file is None:
         raise InputError("name at least one SCENE: a mesh file, a .blend or sample:NAME")
-    return [open_file]
+    return [("open file", open_file)]
 
 
 def open_scene(argument: str) -> Scene:
@@ -65,7 +165,12 @@ def open_scene(argument: str) -> Scene:
         from .extraction import load_blend
 
         return load_blend(argument)
+    from ..core.files import load_mesh_file
+
     return load_mesh_file(argument)
+
+
+# -------------------------------------------------------------------------------------- specs
 
 
 def structure_specs(
@@ -75,6 +180,8 @@ def structure_specs(
 
     Settings that change nothing are noted.
     """
+    from ..core.structures import structure_named, structures
+
     chosen: list[tuple[type[Structure], Any]] = []
     for text in texts:
         name, values = parse_spec(text)
@@ -93,120 +200,20 @@ def structure_specs(
 
 
 def workload_specs(texts: Sequence[str]) -> list[tuple[type[Workload], Any]]:
-    """Return (workload, settings) for the texts of ``--rays``."""
+    """Return (workload, settings) for the texts of ``--rays``; what fits no scene is refused."""
+    from ..core.evaluation.workloads import workload_named
+
     chosen: list[tuple[type[Workload], Any]] = []
     for text in texts:
         name, values = parse_spec(text)
         entry = workload_named(name)
-        chosen.append((entry, parse(entry.Settings, values, f"rays {name}")))
+        settings: Any = parse(entry.Settings, values, f"rays {name}")
+        entry.refuse_impossible(settings)
+        chosen.append((entry, settings))
     return chosen
-
-
-# ------------------------------------------------------------------------------ what they say
-
-
-def add_output_options(parser: argparse.ArgumentParser, pictures: str) -> None:
-    """Declare where results go; `pictures` says what is to be seen in them."""
-    add = parser.add_argument
-    add("--json", metavar="PATH", help="write the records as JSON; - is standard output")
-    add("--csv", metavar="PATH", help="write the records as CSV")
-    add("--pictures", metavar="DIR", help=f"write {pictures}, and a page")
-    add("--quiet", action="store_true", help="print no table and no progress")
-
-
-def add_threads_option(parser: argparse.ArgumentParser) -> None:
-    """Declare how many threads trace."""
-    parser.add_argument(
-        "--threads", type=int, default=0, metavar="N", help="0, the default, takes every core"
-    )
-
-
-def say(arguments: argparse.Namespace, text: str) -> None:
-    """Print a remark on standard error, unless all is to be quiet."""
-    if not arguments.quiet:
-        print(f"accelscope: {text}", file=sys.stderr)
-
-
-def progress_of(arguments: argparse.Namespace) -> Progress:
-    """Return what shows the progress, unless all is to be quiet."""
-    return SILENT if arguments.quiet else TerminalProgress()
-
-
-def write_records(
-    arguments: argparse.Namespace,
-    records: list[dict[str, Any]],
-    table: Callable[[list[dict[str, Any]]], str],
-) -> None:
-    """Write the records to the files that are named; print them as JSON or as a table."""
-    from ..core.evaluation.report import to_json_text, write_csv, write_json
-
-    if arguments.json and arguments.json != "-":
-        write_json(arguments.json, records)
-    if arguments.csv:
-        write_csv(arguments.csv, records)
-    if arguments.json == "-":
-        print(to_json_text(records))
-    elif not arguments.quiet:
-        print(table(records))
-
-
-# ------------------------------------------------------------------------ what they may not be
-
-
-def refuse_bad_outputs(
-    arguments: argparse.Namespace, inputs: Sequence[str], others: Sequence[str | None] = ()
-) -> None:
-    """Refuse outputs that would overwrite an input or each other, or that cannot be written.
-
-    Parameters
-    ----------
-    inputs : sequence of str
-        Files that are read.
-    others : sequence of str or None
-        Outputs of this subcommand only.
-
-    Raises
-    ------
-    InputError
-        Naming the place.
-    """
-    names = [arguments.json, arguments.csv, *others]
-    outputs = [Path(name) for name in names if name not in (None, "-")]
-    if arguments.pictures:
-        outputs.append(Path(arguments.pictures) / "index.html")
-    refuse_to_overwrite(inputs, outputs)
-    for path in outputs:
-        refuse_unwritable(path)
 
 
 def refuse_bad_threads(threads: int) -> None:
     """Raise InputError for a number of threads that makes no sense."""
     if threads < 0 or threads > 1024:
         raise InputError(f"--threads must be 0 to 1024, not {threads}")
-
-
-def refuse_to_overwrite(inputs: Sequence[str], outputs: Sequence[Path]) -> None:
-    """Raise InputError if an output is one of the inputs, or two outputs are one file."""
-    taken = {Path(path).expanduser().resolve(): path for path in inputs}
-    for path in outputs:
-        real = path.expanduser().resolve()
-        if real in taken:
-            raise InputError(
-                f"{path} would overwrite {taken[real]}; choose another name for the output"
-            )
-        taken[real] = str(path)
-
-
-def refuse_unwritable(path: Path) -> None:
-    """Raise InputError if a file cannot be written at `path`, before anything is computed."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if path.is_dir():
-            raise IsADirectoryError(21, "it is a folder")
-        existed = path.exists()
-        with path.open("ab"):
-            pass
-        if not existed:
-            path.unlink()
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None

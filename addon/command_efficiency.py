@@ -13,12 +13,13 @@ from ..core.errors import InputError
 from ..core.evaluation.efficiency_settings import EfficiencySettings
 from ..core.scene import Scene
 from ..core.settings import describe, parse
-from .command_arguments import (
+from .command_arguments import SPECS, scenes_of, take_scenes
+from .command_output import (
+    Results,
     add_output_options,
+    note_on,
     progress_of,
     refuse_bad_outputs,
-    scenes_of,
-    write_records,
 )
 
 EXAMPLES = """\
@@ -36,47 +37,58 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="what a bounding volume is worth for an object: B + p I < I",
         description="Measure the efficiency of bounding volumes around a whole scene: the times B "
         "and I of their tests on this machine, p from areas and from random lines, the verdict.",
-        epilog=EXAMPLES,
+        epilog=f"{SPECS}\n{EXAMPLES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
-    add("scene", nargs="?", metavar="SCENE",
-        help="a mesh file, a .blend or sample:NAME[:key=value,...]")  # fmt: skip
-    add("--volume", nargs="+", default=["simple"], metavar="KIND",
+    add("scenes", nargs="*", metavar="SCENE", help="one; without it, Blender's open file")
+    add("--volume", nargs="+", action="extend", metavar="KIND",
         help="kinds of volumes; simple, the default, is all but combined ones")  # fmt: skip
-    add("--direction", nargs="+", default=[], metavar="XxYxZ",
-        help="view directions for projected areas, instead of x, y and z")  # fmt: skip
+    add("--direction", nargs="+", action="extend", metavar="XxYxZ",
+        help="view directions for projected areas, such as 1x0x-1 (default: x, y, z)")  # fmt: skip
     for entry in describe(EfficiencySettings):
         add(f"--{entry['key']}", metavar="N", help=entry["description"])
     add_output_options(parser, "pictures of the lines")
     parser.set_defaults(run=run)
 
 
-def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> None:
-    """Measure and write what was asked for.
+def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> int:
+    """Measure and write what was asked for; return the exit code.
 
     Raises
     ------
     InputError
         For whatever is wrong with the arguments, the scene or the places to write to.
     """
-    from ..core.evaluation.efficiency import efficiency_of, table
+    from ..core.evaluation.efficiency import Measurement, table
     from ..core.evaluation.efficiency_page import write_page
+    from ..core.geometry.kinds import COMBINED, KINDS
 
-    kinds = volume_kinds(arguments.volume)
-    directions = {text: direction_of(text) for text in arguments.direction} or None
+    named = take_scenes(arguments, "volume", [*KINDS, *COMBINED, "simple", "all"], "kind of volume")
+    kinds = volume_kinds(named or ["simple"])
+    words = take_scenes(arguments, "direction", (), "direction")
+    directions = {text: direction_of(text) for text in words} or None
     keys = [entry["key"] for entry in describe(EfficiencySettings)]
     texts = {key: text for key in keys if (text := getattr(arguments, key)) is not None}
     settings = parse(EfficiencySettings, texts, "efficiency")
-    named = [arguments.scene] if arguments.scene else []
-    (open_one,) = scenes_of(named, open_file)
-    refuse_bad_outputs(arguments, named)
+    scenes = scenes_of(arguments.scenes, open_file)
+    if len(scenes) > 1:
+        raise InputError(f"efficiency takes one SCENE, not {len(scenes)}")
+    refuse_bad_outputs(arguments, arguments.scenes)
 
+    _, open_one = scenes[0]
     scene = open_one()
-    records = efficiency_of(scene, kinds, settings, directions, progress_of(arguments))
-    if arguments.pictures:
-        write_page(Path(arguments.pictures), scene, records)
-    write_records(arguments, records, table)
+    note_on(arguments, scene)
+    measurement = Measurement(scene, settings, directions, progress_of(arguments))
+    with Results(arguments, table, len(kinds)) as results:
+        results.write_page = lambda: write_page(Path(arguments.pictures), scene, results.records)
+        for kind in kinds:
+            try:
+                results.records.append(measurement.of(kind))
+            except (InputError, MemoryError) as error:
+                reason = results.complain(kind, error)
+                results.records.append({**measurement.what(kind), "error": reason})
+    return results.exit_code
 
 
 def volume_kinds(names: Sequence[str]) -> list[str]:

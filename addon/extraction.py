@@ -7,10 +7,6 @@ objects in ``depsgraph.object_instances``.
 
 from __future__ import annotations
 
-import contextlib
-import ctypes
-import os
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +19,7 @@ from ..core.errors import InputError
 from ..core.memory import refuse_if_too_large
 from ..core.scene import Camera, Scene
 from .fingerprint import hash_of
+from .standard_streams import standard_output_kept_clean
 
 VISIBLE = "visible"
 SELECTED = "selected"
@@ -277,25 +274,9 @@ def load_blend(path: str | Path) -> Scene:
         raise InputError(f"there is no file {path}")
     try:
         # No scripts: a file to be measured is not trusted to run anything.
-        with _standard_output_kept_clean():
+        with standard_output_kept_clean():
             bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
     except RuntimeError as error:
         reason = " ".join(str(error).split()).removeprefix("Error: ")
         raise InputError(f"{path} cannot be read: {reason}") from None
     return extract(bpy.context, VISIBLE)
-
-
-@contextlib.contextmanager
-def _standard_output_kept_clean() -> Iterator[None]:
-    """Discard what Blender itself prints meanwhile: standard output may be somebody's JSON."""
-    sys.stdout.flush()
-    kept = os.dup(1)
-    with open(os.devnull, "wb") as nowhere:
-        os.dup2(nowhere.fileno(), 1)
-    try:
-        yield
-    finally:
-        with contextlib.suppress(OSError, TypeError):  # Windows has no C library of this name
-            ctypes.CDLL(None).fflush(None)
-        os.dup2(kept, 1)
-        os.close(kept)

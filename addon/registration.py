@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 
 from ..core.kernels import set_cache_root
+from ..core.scene import Scene
 from . import jobs, properties, session
 
 BASE_PACKAGE = __package__.rpartition(".")[0]
@@ -76,4 +77,8 @@ def _run_command(arguments: Sequence[str]) -> int:
     from . import extraction
     from .command import main
 
-    return main(list(arguments), lambda: extraction.extract(bpy.context, extraction.VISIBLE))
+    def open_file() -> Scene:
+        return extraction.extract(bpy.context, extraction.VISIBLE)
+
+    # Blender ends afterwards, and prints that it does.
+    return main(list(arguments), open_file, until_exit=True)

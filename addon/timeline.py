@@ -23,6 +23,18 @@ def frame_range(scene: bpy.types.Scene) -> range:
     return range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
 
 
+def scene_at(context: bpy.types.Context, scope: str, number: int) -> Scene:
+    """Show a frame and return its scene.
+
+    Raises
+    ------
+    InputError
+        When there is no triangle that a ray could hit.
+    """
+    context.scene.frame_set(number)
+    return extraction.extract(context, scope)
+
+
 def frames(
     context: bpy.types.Context, scope: str, numbers: Iterable[int]
 ) -> Generator[tuple[int, Scene]]:
@@ -40,8 +52,7 @@ def frames(
     shown = Place(context.scene)
     try:
         for number in numbers:
-            context.scene.frame_set(number)
-            yield number, extraction.extract(context, scope)
+            yield number, scene_at(context, scope, number)
     finally:
         shown.restore()
 

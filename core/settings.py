@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -273,7 +274,7 @@ def _value_to_text(field: dataclasses.Field, value: Any) -> str:
         return str(value).lower()
     if isinstance(value, tuple):
         return "x".join(str(component) for component in value)
-    return str(value)
+    return quoted(str(value))
 
 
 def describe(settings_type: type) -> list[dict[str, Any]]:
@@ -293,8 +294,20 @@ def describe(settings_type: type) -> list[dict[str, Any]]:
     return rows
 
 
+PAIR = re.compile(
+    r"""\s*(?P<key>[^=,]*?)\s*=
+    (?:\s*"(?P<double>[^"]*)"\s*|\s*'(?P<single>[^']*)'\s*|(?P<plain>.*?),*)
+    (?:,(?=\s*[a-z_]\w*\s*=)|$)""",
+    re.VERBOSE | re.IGNORECASE | re.DOTALL,
+)
+"""``key=value`` up to the comma before the next key; a value in quotes may hold anything else."""
+
+
 def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
     """Split ``name:key=value,key=value`` into its name and its texts by key.
+
+    A comma that no ``key=`` follows belongs to the value: ``file:path=a,b.npz`` has one key. A
+    value in quotes, ``path="a,b=c.npz"``, ends where they do.
 
     Raises
     ------
@@ -303,12 +316,24 @@ def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
     """
     name, _, rest = spec.partition(":")
     texts: dict[str, str] = {}
-    for part in filter(None, rest.split(",")):
-        key, equals, value = part.partition("=")
-        key = key.strip()
-        if not equals or not key:
+    rest = rest.strip(",")
+    while rest:
+        pair = PAIR.match(rest)
+        if pair is None or not pair["key"]:
+            part = rest.partition(",")[0]
             raise InputError(f"'{part}' in '{spec}' is not of the form key=value")
+        key = pair["key"]
         if key in texts:
             raise InputError(f"'{key}' is given twice in '{spec}'")
-        texts[key] = value
+        values = (pair[kind] for kind in ("double", "single", "plain"))
+        texts[key] = next(value for value in values if value is not None)
+        rest = rest[pair.end() :]
     return name.strip(), texts
+
+
+def quoted(text: str) -> str:
+    """Return free text as :func:`parse_spec` takes it for a value: in quotes where it has to be."""
+    for written in (text, f'"{text}"', f"'{text}'"):
+        if parse_spec(f":key={written}")[1] == {"key": text}:
+            return written
+    return text

@@ -6,6 +6,8 @@ the tests as well as Blender.
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..core.errors import InputError
 from ..core.scene import Scene
 from ..core.settings import parse, parse_spec
@@ -22,7 +24,7 @@ from . import (
 )
 from .sample import Sample
 
-__all__ = ["Sample", "make_sample", "sample_named", "samples"]
+__all__ = ["Sample", "make_sample", "sample_and_settings", "sample_named", "samples"]
 
 
 def samples() -> dict[str, Sample]:
@@ -65,6 +67,18 @@ def make_sample(spec: str) -> Scene:
         For an unknown name or setting, a value outside its limits, or a scene that does not fit
         into memory; nothing is allocated before.
     """
+    sample, settings = sample_and_settings(spec)
+    return sample.generate(settings)
+
+
+def sample_and_settings(spec: str) -> tuple[Sample, Any]:
+    """Return the sample that ``NAME[:key=value,...]`` means, and its settings; nothing is made.
+
+    Raises
+    ------
+    InputError
+        For an unknown name or setting, or a value outside its limits.
+    """
     name, texts = parse_spec(spec)
     sample = sample_named(name)
-    return sample.generate(parse(sample.Settings, texts, f"sample scene {name}"))
+    return sample, parse(sample.Settings, texts, f"sample scene {name}")

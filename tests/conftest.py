@@ -1,4 +1,4 @@
-"""What tests of every floor use: the command line called in this process, and Blender."""
+"""What tests of every floor use: the command line in this process, small files, and Blender."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from accelscope.addon.command import main
 
@@ -82,6 +83,43 @@ def refused(run):
         return lines[0]
 
     return call
+
+
+TRIANGLES = np.array(
+    [
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0]],
+        [[0, 0, 1], [1, 0, 1], [0, 1, 1]],
+        [[2, 0, 0], [3, 0, 0], [2, 1, 0]],
+        [[0, 2, 3], [1, 2, 3], [0, 3, 3]],
+        [[5, 5, 5], [6, 5, 5], [5, 6, 6]],
+    ],
+    dtype=float,
+)
+
+
+def write_obj(path, triangles):
+    lines = []
+    for n, triangle in enumerate(np.asarray(triangles, float)):
+        lines += ["v " + " ".join(map(repr, map(float, corner))) for corner in triangle]
+        lines.append(f"f {3 * n + 1} {3 * n + 2} {3 * n + 3}")
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture
+def obj(tmp_path):
+    """Write triangles as an OBJ file and return its path."""
+
+    def make(triangles=TRIANGLES, name="mesh.obj"):
+        return write_obj(tmp_path / name, triangles)
+
+    return make
+
+
+@pytest.fixture
+def five():
+    """Five triangles apart from each other."""
+    return TRIANGLES.copy()
 
 
 # ---------------------------------------------------------------------------------------- Blender

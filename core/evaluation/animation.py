@@ -3,14 +3,14 @@
 Each frame gives two records, both over the same rays: one of the first frame's tree refitted, one
 of a tree built for that frame. They are records as an experiment makes them, with ``frame`` and
 ``method`` ("refit" or "rebuild") in front; ``build.seconds`` is the time of the refit or of the
-build.
+build. A frame that is refused gives two failed records.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..errors import InputError
@@ -19,30 +19,89 @@ from ..scene import Scene
 from ..structures.bvh import BVH
 from ..structures.bvh.exhibits.refit import Moment, moment_of
 from ..structures.bvh.refit import refit
-from .experiment import Built, build, make_record, trace_rays
-from .report import Record, aligned, look_up, show_number, show_seconds
+from .experiment import (
+    Built,
+    build,
+    make_failed_record,
+    make_record,
+    refuse_not_finite,
+    trace_rays,
+)
+from .report import Record, aligned, failure, look_up, show_number, show_seconds
 from .workloads import Workload
 
 METHODS = ("refit", "rebuild")
 
 
-@dataclass(frozen=True)
+@dataclass
 class Comparison:
-    """What came of an animation.
+    """An animation, compared frame by frame.
 
     Attributes
     ----------
+    settings : BVHSettings
+    workload, workload_settings
+        What is traced in every frame.
+    threads : int
+        0 takes every core.
     records : list of dict
         Two per frame: refit, rebuild.
     history : list of Moment
         One per frame, for the exhibit.
+    original : BVH
+        The tree of the first frame.
     last : tuple of (Built, Built)
         The trees of the last frame, refitted and built anew.
     """
 
-    records: list[Record]
-    history: list[Moment]
-    last: tuple[Built, Built]
+    settings: Any
+    workload: type[Workload]
+    workload_settings: Any
+    threads: int = 0
+    progress: Progress = SILENT
+    records: list[Record] = field(default_factory=list)
+    history: list[Moment] = field(default_factory=list)
+    original: BVH | None = None
+    last: tuple[Built, Built] | None = None
+
+    def add(self, number: int, scene: Scene) -> None:
+        """Compare refit and rebuild in one more frame; the first one gives the tree.
+
+        Raises
+        ------
+        InputError
+            If the frame has other triangles than the first; nothing is added then.
+        Cancelled
+            From the progress.
+        """
+        rebuilt = build(scene, BVH, self.settings, self.progress)
+        original = self.original or rebuilt.structure
+        assert isinstance(original, BVH)
+        if self.original is None:
+            refit(original, scene)  # compiles, which is not to be measured
+        start = time.perf_counter()
+        moved = refit(original, scene, self.progress)
+        both = Built(moved, time.perf_counter() - start), rebuilt
+        rays = self.workload.make(scene, self.workload_settings)
+        records = []
+        for method, built in zip(METHODS, both, strict=True):
+            traced = trace_rays(
+                built, self.workload, self.workload_settings, rays, self.threads, self.progress
+            )
+            record = make_record(built, traced)
+            refuse_not_finite(record)
+            records.append({"frame": number, "method": method, **record})
+        costs = (record["statistics"]["sah"] for record in records)
+        self.history.append(moment_of(number, moved, *costs))
+        self.records += records
+        self.original, self.last = original, both
+
+    def add_failure(self, number: int, scene: Scene | str, reason: str) -> None:
+        """Note that a frame was refused, and why."""
+        record = make_failed_record(
+            scene, BVH, self.settings, self.workload, self.workload_settings, reason
+        )
+        self.records += [{"frame": number, "method": method, **record} for method in METHODS]
 
 
 def animate(
@@ -68,31 +127,15 @@ def animate(
     Cancelled
         From `progress`.
     """
-    records: list[Record] = []
-    history: list[Moment] = []
-    original, last = None, None
+    comparison = Comparison(settings, workload, workload_settings, threads, progress)
     for number, scene in frames:
-        rebuilt = build(scene, BVH, settings, progress)
-        assert isinstance(rebuilt.structure, BVH)
-        if original is None:
-            original = rebuilt.structure
-            refit(original, scene)  # compiles, which is not to be measured
         try:
-            start = time.perf_counter()
-            moved = refit(original, scene, progress)
-            refitted = Built(moved, time.perf_counter() - start)
+            comparison.add(number, scene)
         except InputError as error:
             raise InputError(f"frame {number}: {error}") from None
-        last = refitted, rebuilt
-        rays = workload.make(scene, workload_settings)
-        for method, built in zip(METHODS, last, strict=True):
-            traced = trace_rays(built, workload, workload_settings, rays, threads, progress)
-            records.append({"frame": number, "method": method, **make_record(built, traced)})
-        costs = (record["statistics"]["sah"] for record in records[-2:])
-        history.append(moment_of(number, moved, *costs))
-    if last is None:
+    if comparison.last is None:
         raise InputError("there is no frame to compare; name at least one")
-    return Comparison(records, history, last)
+    return comparison
 
 
 def growth(refitted: Record, rebuilt: Record) -> float:
@@ -114,6 +157,9 @@ def table(records: list[Record]) -> str:
     """Return the records as an aligned table, a line per frame: refit / rebuild."""
     rows = [["frame", *(title for title, _, _ in COLUMNS), "SAH refit / rebuild"]]
     for pair in zip(records[::2], records[1::2], strict=True):
+        if "error" in pair[0]:
+            rows.append([str(pair[0]["frame"]), failure(pair[0])])
+            continue
         figures = [
             " / ".join(show(look_up(record, path)) for record in pair) for _, path, show in COLUMNS
         ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from pathlib import Path
+from string import Template
 
 import numpy as np
 
@@ -37,8 +38,15 @@ def curves_of(records: list[Record], path: tuple[str, ...]) -> list[Curve]:
 
 
 def write_page(folder: Path, comparison: Comparison) -> None:
-    """Write a curve per figure, pictures of both trees of the last frame, and ``index.html``."""
-    records = comparison.records
+    """Write a curve per figure, pictures of both trees of the last frame, and ``index.html``.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Of at least one frame; those that were refused are left out.
+    """
+    assert comparison.last is not None
+    records = [record for record in comparison.records if "error" not in record]
     shown = []
     for name, title, path in CHARTS:
         write_text(folder / f"{name}.svg", line_chart(title, "frame", curves_of(records, path)))
@@ -59,18 +67,18 @@ def write_page(folder: Path, comparison: Comparison) -> None:
         f"{len(comparison.history)} frames, {len(scene)} triangles. In the last frame the cost of "
         f"the refitted tree is {growth(*records[-2:]):.3f} times that of a new one."
     )
-    page = PAGE.replace("SCENE", html.escape(scene.name)).replace("TEXT", text)
-    write_text(folder / "index.html", page.replace("FIGURES", figures))
+    page = PAGE.substitute(scene=html.escape(scene.name), text=text, figures=figures)
+    write_text(folder / "index.html", page)
 
 
-PAGE = """<!doctype html>
+PAGE = Template("""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>AccelScope</title>
 <style>
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 80rem;
   padding: 0 1.5rem; color: #222; background: #fff; }
 div { display: flex; flex-wrap: wrap; gap: 1.2rem; } figure { margin: 0; width: 36rem; }
 img { width: 100%; border: 1px solid #ddd; } figcaption { color: #666; font-size: .85rem; }
-</style></head><body><h1>SCENE: refit against rebuild</h1><p>TEXT</p><div>
-FIGURES
+</style></head><body><h1>$scene: refit against rebuild</h1><p>$text</p><div>
+$figures
 </div></body></html>
-"""
+""")

@@ -39,7 +39,8 @@ from ..structures.line_sample import (
     sample_of,
 )
 from .efficiency_settings import EfficiencySettings
-from .report import Record, aligned, show_number
+from .experiment import refuse_not_finite
+from .report import Record, aligned, failure, show_number
 from .timing import time_of_object, time_of_volume
 
 DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -71,77 +72,109 @@ def efficiency_of(
     directions: Mapping[str, Sequence[float]] | None = None,
     progress: Progress = SILENT,
 ) -> list[Record]:
-    """Measure volumes of some kinds around all of a scene, as one object.
+    """Measure volumes of some kinds around all of a scene, as one object; return their records."""
+    measurement = Measurement(scene, settings, directions, progress)
+    return [measurement.of(kind) for kind in kinds]
+
+
+class Measurement:
+    """Volumes around all of a scene as one object; what is the same for all is done once.
 
     Parameters
     ----------
-    kinds : sequence of str
-        As :mod:`..geometry.kinds` names them, combined ones too.
     directions : mapping of str to (3,), optional
         For which projected areas are compared, by name; x, y and z by default.
-
-    Returns
-    -------
-    list of dict
-        One record per kind: ``p_SA``, ``p_measured`` and ``projected`` say how tight it is,
-        ``p_hit`` is the p of the inequality, ``p_hit_measured`` the same, counted.
 
     Raises
     ------
     Cancelled
         From `progress`.
     """
-    ball = Ball.around(scene.lower, scene.upper, settings.spread)
-    structure = BVH.build(scene, BVH.Settings(), progress)
-    triangles = triangles_of(scene)
-    rays = random_lines_through(ball, settings.lines, settings.seed)
-    views = {
-        name: parallel_lines_through(ball, np.asarray(direction, float), settings.lines)
-        for name, direction in (directions or DIRECTIONS).items()
-    }
-    hull = hull_area(scene.triangles.reshape(-1, 3))
-    progress.report(0, len(kinds), "Timing the object")
-    I = time_of_object(triangles, rays.arrays())  # noqa: E741  the lecture's I
-    records = []
-    for number, kind in enumerate(kinds):
-        progress.report(number, len(kinds), f"Measuring {kind}")
+
+    def __init__(
+        self,
+        scene: Scene,
+        settings: EfficiencySettings,
+        directions: Mapping[str, Sequence[float]] | None = None,
+        progress: Progress = SILENT,
+    ) -> None:
+        self.scene, self.settings, self.progress = scene, settings, progress
+        self.ball = ball = Ball.around(scene.lower, scene.upper, settings.spread)
+        self.structure = BVH.build(scene, BVH.Settings(), progress)
+        self.triangles = triangles_of(scene)
+        self.rays = random_lines_through(ball, settings.lines, settings.seed)
+        self.views = {
+            name: parallel_lines_through(ball, np.asarray(direction, float), settings.lines)
+            for name, direction in (directions or DIRECTIONS).items()
+        }
+        self.hull = hull_area(scene.triangles.reshape(-1, 3))
+        progress.report(0, 1, "Timing the object")
+        self.I = time_of_object(self.triangles, self.rays.arrays())
+
+    def what(self, kind: str) -> Record:
+        """Return the part of a record that says what is measured."""
+        scene = self.scene
+        return {
+            "scene": {"name": scene.name, "source": scene.source, "triangles": len(scene)},
+            "volume": kind,
+            "settings": to_json(self.settings),
+        }
+
+    def of(self, kind: str) -> Record:
+        """Return the record of a kind of volume.
+
+        ``p_SA``, ``p_measured`` and ``projected`` say how tight it is, ``p_hit`` is the p of the
+        inequality, ``p_hit_measured`` the same, counted.
+
+        Parameters
+        ----------
+        kind : str
+            As :mod:`..geometry.kinds` names it, combined ones too.
+
+        Raises
+        ------
+        InputError
+            If a figure is no number.
+        Cancelled
+            From the progress.
+        """
+        scene, rays, progress, I = self.scene, self.rays, self.progress, self.I  # noqa: E741
+        progress.report(0, 1, f"Measuring {kind}")
         with announcing(progress, f"the test of {kind}"):
             volumes = fit_all(
                 kind, scene.triangles, np.zeros(1, int), np.full(1, len(scene)), SILENT
             )
             area, content = float(volumes.areas()[0]), float(volumes.contents()[0])
-            sample = sample_of(rays, structure, volumes)
+            sample = sample_of(rays, self.structure, volumes)
             hit = int(sample.hits_volume.sum())
             tightness = sample.ratio
             measured = hit / len(rays)
             # The area of other shapes is itself counted, by fewer lines.
             is_exact = isinstance(volumes, Spheres) or is_polyhedral(volumes)
-            p = area / ball.area() if is_exact else measured
-            B = time_of_volume(kind, scene.triangles, rays.arrays(), triangles.reach)
-        records.append(
-            {
-                "scene": {"name": scene.name, "source": scene.source, "triangles": len(scene)},
-                "volume": kind,
-                "settings": to_json(settings),
-                "surface_area": area,
-                "content": content,
-                "hull_area": hull,
-                "p_SA": hull / area if area > 0.0 else 1.0,
-                "p_measured": tightness,
-                "p_measured_error": standard_error(tightness, hit),
-                "projected": {
-                    name: sample_of(view, structure, volumes).ratio for name, view in views.items()
-                },
-                "p_hit": p,
-                "p_hit_from": "area" if is_exact else "lines",
-                "p_hit_measured": measured,
-                "p_hit_error": standard_error(measured, len(rays)),
-                "B_ns": B,
-                "I_ns": I,
-                **verdict(B, I, p),
-            }
-        )
-    return records
+            p = area / self.ball.area() if is_exact else measured
+            B = time_of_volume(kind, scene.triangles, rays.arrays(), self.triangles.reach)
+        record = {
+            **self.what(kind),
+            "surface_area": area,
+            "content": content,
+            "hull_area": self.hull,
+            "p_SA": self.hull / area if area > 0.0 else 1.0,
+            "p_measured": tightness,
+            "p_measured_error": standard_error(tightness, hit),
+            "projected": {
+                name: sample_of(view, self.structure, volumes).ratio
+                for name, view in self.views.items()
+            },
+            "p_hit": p,
+            "p_hit_from": "area" if is_exact else "lines",
+            "p_hit_measured": measured,
+            "p_hit_error": standard_error(measured, len(rays)),
+            "B_ns": B,
+            "I_ns": I,
+            **verdict(B, I, p),
+        }
+        refuse_not_finite(record)
+        return record
 
 
 def standard_error(share: float, count: int) -> float:
@@ -167,9 +200,12 @@ COLUMNS: tuple[tuple[str, Callable[[Record], str]], ...] = (
 
 def table(records: Sequence[Record]) -> str:
     """Return the records as an aligned table, with the projected ratios behind."""
-    names = list(records[0]["projected"])
+    names = next((list(record["projected"]) for record in records if "error" not in record), [])
     rows = [[title for title, _ in COLUMNS] + [f"pA/pB {name}" for name in names]]
     for record in records:
+        if "error" in record:
+            rows.append([record["volume"], failure(record)])
+            continue
         projected = [f"{record['projected'][name]:.2f}" for name in names]
         rows.append([show(record) for _, show in COLUMNS] + projected)
     return aligned(rows)

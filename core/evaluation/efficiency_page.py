@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 from pathlib import Path
+from string import Template
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ..structures.bvh.exhibits.volume import VIEWS, volume_efficiency
 from .efficiency import COLUMNS
 from .exhibit_pictures import REDUCTION
 from .png import write_png
-from .report import Record, write_text
+from .report import Record, failure, write_text
 from .view import View, camera_around, picture_camera
 
 
@@ -24,9 +25,9 @@ def write_page(folder: Path, scene: Scene, records: Sequence[Record]) -> None:
     Parameters
     ----------
     records : sequence of dict
-        As :func:`.efficiency.efficiency_of` returns them.
+        As :func:`.efficiency.efficiency_of` returns them; of failed ones only the reason is shown.
     """
-    kinds = [record["volume"] for record in records]
+    kinds = [record["volume"] for record in records if "error" not in record]
     exhibit = volume_efficiency(BVH.build(scene, BVH.Settings()), kinds)
     frames = [exhibit.frame(number) for number in range(exhibit.count)]
     points = np.concatenate([frame.segments.reshape(-1, 3) for frame in frames])
@@ -41,15 +42,24 @@ def write_page(folder: Path, scene: Scene, records: Sequence[Record]) -> None:
             f'<figure><img src="{file}" alt="{text}"><figcaption>{text}</figcaption></figure>'
         )
     titles = "".join(f"<th>{html.escape(title)}</th>" for title, _ in COLUMNS)
-    rows = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(show(record))}</td>" for _, show in COLUMNS) + "</tr>"
-        for record in records
+    rows = "".join(f"<tr>{cells_of(record)}</tr>" for record in records)
+    page = PAGE.substitute(
+        scene=html.escape(scene.name),
+        table=f"<tr>{titles}</tr>{rows}",
+        figures="\n".join(figures),
     )
-    page = PAGE.replace("SCENE", html.escape(scene.name)).replace("FIGURES", "\n".join(figures))
-    write_text(folder / "index.html", page.replace("TABLE", f"<tr>{titles}</tr>{rows}"))
+    write_text(folder / "index.html", page)
 
 
-PAGE = """<!doctype html>
+def cells_of(record: Record) -> str:
+    """Return the cells of a record's row in the table."""
+    if "error" in record:
+        reason = html.escape(failure(record))
+        return f"<td>{record['volume']}</td><td colspan={len(COLUMNS) - 1}>{reason}</td>"
+    return "".join(f"<td>{html.escape(show(record))}</td>" for _, show in COLUMNS)
+
+
+PAGE = Template("""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>AccelScope</title>
 <style>
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 110rem;
@@ -59,13 +69,13 @@ img { width: 100%; border: 1px solid #ddd; } figcaption, p { color: #666; font-s
 table { border-collapse: collapse; font-size: .85rem; margin: 1rem 0 1.5rem; }
 th, td { text-align: right; padding: .15rem 1rem .15rem 0; font-variant-numeric: tabular-nums; }
 th { font-weight: 600; }
-</style></head><body><h1>SCENE: efficiency of bounding volumes</h1>
+</style></head><body><h1>$scene: efficiency of bounding volumes</h1>
 <p>B + p I &lt; I: B and I are times per ray on this machine, p is the share of lines that hit the
 volume. p_SA and p_measured are the shares of the lines through the volume that hit the object,
 from the areas of its convex hull and the volume, and counted.</p>
-<table>TABLE</table>
+<table>$table</table>
 <p>Grey lines miss the volume, orange ones hit it in vain, green ones hit the object.</p>
 <div>
-FIGURES
+$figures
 </div></body></html>
-"""
+""")

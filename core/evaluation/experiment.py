@@ -7,12 +7,15 @@ show records. Its form is ``accelscope/1``; times are wall-clock seconds.
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..errors import InputError
 from ..geometry.rays import ALL, Rays
 from ..kernels import announcing
 from ..progress import SILENT, Progress
@@ -117,19 +120,61 @@ def trace_rays(
     return Traced(workload, settings, rays, hits, counters, time.perf_counter() - start)
 
 
+def describe_scene(scene: Scene) -> dict[str, Any]:
+    """Return the part of a record that is about the scene."""
+    return {
+        "name": scene.name,
+        "source": scene.source,
+        "triangles": len(scene),
+        "dropped_triangles": scene.dropped,
+        "bounds": [scene.lower.tolist(), scene.upper.tolist()],
+        "notes": list(scene.notes),
+    }
+
+
+def make_failed_record(
+    scene: Scene | str,
+    structure_type: type[Structure],
+    settings: Any,
+    workload: type[Workload],
+    workload_settings: Any,
+    reason: str,
+) -> dict[str, Any]:
+    """Return the record of an experiment that was refused: what it was and why, without figures.
+
+    Parameters
+    ----------
+    scene : Scene or str
+        The name as it was given, if the scene could not be read.
+    reason : str
+        What stands under ``error``; no other record has that key.
+    """
+    unread = isinstance(scene, str)
+    return {
+        "scene": {"name": Path(scene).stem, "source": scene} if unread else describe_scene(scene),
+        "structure": {"name": structure_type.name, "settings": to_json(settings)},
+        "rays": {"name": workload.name, "settings": to_json(workload_settings)},
+        "error": reason,
+    }
+
+
+def refuse_not_finite(part: Any, name: str = "") -> None:
+    """Raise InputError if a record holds a number that is none: JSON has no word for it."""
+    if isinstance(part, dict):
+        for key, value in part.items():
+            refuse_not_finite(value, f"{name}.{key}" if name else key)
+    elif isinstance(part, list):
+        for value in part:
+            refuse_not_finite(value, name)
+    elif isinstance(part, float) and not math.isfinite(part):
+        raise InputError(f"{name} is {part}, too large to compute with; scale the scene")
+
+
 def make_record(built: Built, traced: Traced | None) -> dict[str, Any]:
     """Return the JSON-ready record of an experiment; without rays if none were traced."""
     structure = built.structure
-    scene = structure.scene
     record: dict[str, Any] = {
-        "scene": {
-            "name": scene.name,
-            "source": scene.source,
-            "triangles": len(scene),
-            "dropped_triangles": scene.dropped,
-            "bounds": [scene.lower.tolist(), scene.upper.tolist()],
-            "notes": list(scene.notes),
-        },
+        "scene": describe_scene(structure.scene),
         "structure": {"name": structure.name, "settings": to_json(structure.settings)},
         "build": {"seconds": built.seconds, "bytes": structure.memory()},
         "statistics": structure.statistics().to_json(),

@@ -39,6 +39,9 @@ SNAPSHOTS = (1 / 16, 1 / 4)
 CANDIDATES = 32
 """Rays of which one is shown."""
 
+MOST_OF_NAME = 40
+"""Characters of a name in the name of a file, which may have 255 bytes."""
+
 LEGIBLE = 0.03
 """Size from which a cell is told apart from its neighbours, as a share of the picture's width."""
 
@@ -58,6 +61,15 @@ class Gallery:
         self._painters: dict[str, ExhibitPainter] = {}
         self._rows: list[str] = []
         self._names: set[str] = set()
+
+    def add_failure(
+        self, scene: str, structure: type[Structure], settings: Any, reason: str
+    ) -> None:
+        """Say on the page why a structure is not on it."""
+        self._rows.append(
+            f"<section>{heading(scene, structure.label, settings)}"
+            f'<p class="failed">{html.escape(reason)}</p></section>'
+        )
 
     def add(
         self, built: Built, records: list[dict[str, Any]], batches: Sequence[Rays] = ()
@@ -113,11 +125,12 @@ class Gallery:
 
     def _free_name(self, wanted: str) -> str:
         """Return a file name that no earlier picture has taken."""
-        stem = "".join(c if c.isalnum() or c in "-_." else "_" for c in wanted)
+        stem = "".join(c if c.isalnum() or c in "-_." else "_" for c in wanted[-MOST_OF_NAME:])
         name, n = stem, 2
-        while name in self._names:
+        # Upper and lower case may be the same to the file system.
+        while name.casefold() in self._names:
             name, n = f"{stem}-{n}", n + 1
-        self._names.add(name)
+        self._names.add(name.casefold())
         return name
 
     def write_page(self) -> None:
@@ -307,16 +320,21 @@ def section(
     rows = figures(records[0])
     tables = [html_table(structure.label, [row for row in rows if row[0] not in RAY_SECTIONS])]
     for record in records:
-        rows = figures(record)
-        tables.append(
-            html_table(record["rays"]["name"], [row for row in rows if row[0] in RAY_SECTIONS])
-        )
+        rows = [row for row in figures(record) if row[0] in RAY_SECTIONS]
+        rows += [("", "Failed", record["error"])] if "error" in record else []
+        tables.append(html_table(record["rays"]["name"], rows))
     return (
-        f"<section><h2>{html.escape(structure.scene.name)} &middot; "
-        f"{html.escape(structure.label)}</h2>"
-        f"<p>{html.escape(to_text(structure.settings).replace(',', ', '))}</p>"
+        f"<section>{heading(structure.scene.name, structure.label, structure.settings)}"
         f'<div class="row">{figure_tags(pictures)}<div class="tables">{"".join(tables)}</div>'
         f"</div>{exhibits}</section>"
+    )
+
+
+def heading(scene: str, structure: str, settings: Any) -> str:
+    """Return the heading of a section, and the settings below it."""
+    return (
+        f"<h2>{html.escape(scene)} &middot; {html.escape(structure)}</h2>"
+        f"<p>{html.escape(to_text(settings).replace(',', ', '))}</p>"
     )
 
 
@@ -327,7 +345,7 @@ body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 110r
   padding: 0 1.5rem; color: #222; background: #fff; }
 h1 { font-weight: 600; } h2 { margin: 2.5rem 0 0; font-weight: 600; }
 h3 { margin: 1.2rem 0 0; font-weight: 600; font-size: 1rem; }
-p { margin: .2rem 0 .8rem; color: #666; font-size: .85rem; }
+p { margin: .2rem 0 .8rem; color: #666; font-size: .85rem; } .failed { color: #b3261e; }
 .row { display: flex; flex-wrap: wrap; gap: 1.2rem; align-items: flex-start; }
 figure { margin: 0; max-width: 29rem; }
 img { width: 29rem; max-width: 100%; border: 1px solid #ddd; display: block; }

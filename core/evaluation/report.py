@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
 from ..memory import in_words
 from ..settings import to_json
 from ..structures import structure_named
+from ..writing import write_bytes
 from .experiment import SCHEMA
 
 Record = dict[str, Any]
@@ -31,13 +31,8 @@ def write_text(path: str | Path, text: str) -> None:
     InputError
         If the place cannot be written to.
     """
-    path = Path(path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        # File names of the system may hold bytes that are no text: they are written as they are.
-        path.write_text(text, encoding="utf-8", errors="surrogateescape")
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
+    # File names of the system may hold bytes that are no text: they are written as they are.
+    write_bytes(path, text.encode("utf-8", errors="surrogateescape"))
 
 
 def write_json(path: str | Path, records: Sequence[Record]) -> None:
@@ -46,8 +41,14 @@ def write_json(path: str | Path, records: Sequence[Record]) -> None:
 
 
 def write_csv(path: str | Path, records: Sequence[Record]) -> None:
-    """Write records as CSV, one row each: nested names joined by dots, lists by spaces."""
-    rows = [flatten(record) for record in records]
+    """Write records as CSV, one row each: nested names joined by dots, lists by spaces.
+
+    Texts that a spreadsheet would take for a formula get an apostrophe in front, as one would type
+    it there.
+    """
+    rows = [
+        {name: no_formula(value) for name, value in flatten(record).items()} for record in records
+    ]
     columns = list(dict.fromkeys(name for row in rows for name in row))
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, columns, restval="", lineterminator="\n")
@@ -56,15 +57,37 @@ def write_csv(path: str | Path, records: Sequence[Record]) -> None:
     write_text(path, buffer.getvalue())
 
 
+def no_formula(value: Any) -> Any:
+    """Return the value of a cell so that no spreadsheet computes it or passes it on."""
+    if not isinstance(value, str) or is_number(value.split(" ")[0]):
+        return value
+    first = value.lstrip(" ")[:1]
+    return f"'{value}" if first in tuple("=+-@") or (first and not first.isprintable()) else value
+
+
+def is_number(text: str) -> bool:
+    """Say whether a text is a number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 NO_BRACKETS = str.maketrans("[],", "   ")
 
 
 def flatten(record: Record, prefix: str = "") -> dict[str, Any]:
-    """Return nested mappings as one: ``{"trace": {"N_IT": 2}}`` is ``{"trace.N_IT": 2}``."""
+    """Return nested mappings as one: ``{"trace": {"N_IT": 2}}`` is ``{"trace.N_IT": 2}``.
+
+    Numbers of a list, nested or not, are joined by spaces, sentences by semicolons.
+    """
     flat: dict[str, Any] = {}
     for name, value in record.items():
         if isinstance(value, dict):
             flat |= flatten(value, f"{prefix}{name}.")
+        elif isinstance(value, list) and value and isinstance(value[0], str):
+            flat[prefix + name] = "; ".join(value)
         elif isinstance(value, list):
             flat[prefix + name] = " ".join(json.dumps(value).translate(NO_BRACKETS).split())
         else:
@@ -191,21 +214,44 @@ TEXT_COLUMNS = 3
 
 
 def table(records: Sequence[Record]) -> str:
-    """Return the records as an aligned table, one line each."""
+    """Return the records as an aligned table, one line each; failed ones with their reason."""
     rows = [[title for title, _, _ in TABLE]]
-    rows += [[show(look_up(record, path)) for _, path, show in TABLE] for record in records]
+    for record in records:
+        columns = TABLE[:TEXT_COLUMNS] if "error" in record else TABLE
+        row = [show(look_up(record, path)) for _, path, show in columns]
+        rows.append([*row, failure(record)] if "error" in record else row)
     return aligned(rows, TEXT_COLUMNS)
 
 
+def failure(record: Record) -> str:
+    """Return what stands in a table instead of the figures of a failed record."""
+    return f"failed: {record['error']}"
+
+
+def printable(text: str) -> str:
+    """Return a text that a terminal only shows: what would steer it is written as an escape."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def aligned(rows: Sequence[Sequence[str]], text_columns: int = 1) -> str:
-    """Return rows, the first of them titles, as text in columns; text left, figures right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    """Return rows, the first of them titles, as text in columns; text left, figures right.
+
+    In a row of fewer cells, the last one reaches to the end.
+    """
+    rows = [[printable(text) for text in row] for row in rows]
+    titles = rows[0]
+    widths = [
+        max(len(row[n]) for row in rows if len(row) == len(titles) or n < len(row) - 1)
+        for n in range(len(titles))
+    ]
     lines = []
     for row in rows:
         cells = [
             text.ljust(width) if n < text_columns else text.rjust(width)
-            for n, (text, width) in enumerate(zip(row, widths, strict=True))
+            for n, (text, width) in enumerate(zip(row, widths))
         ]
+        if len(row) < len(titles):
+            cells[-1] = row[-1]
         lines.append("  ".join(cells).rstrip())
     lines.insert(1, "  ".join("-" * width for width in widths))
     return "\n".join(lines)

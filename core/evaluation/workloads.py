@@ -38,6 +38,11 @@ class Workload(ABC):
 
     @staticmethod
     @abstractmethod
+    def refuse_impossible(settings: Any) -> None:
+        """Raise InputError for settings that fit no scene whatever."""
+
+    @staticmethod
+    @abstractmethod
     def make(scene: Scene, settings: Any) -> Rays:
         """Return the rays for a scene.
 
@@ -107,12 +112,19 @@ class CameraWorkload(Workload):
     Settings = CameraSettings
 
     @staticmethod
-    def make(scene: Scene, settings: CameraSettings) -> Rays:
-        """Return width * height primary rays, followed by the shadow rays."""
+    def refuse_impossible(settings: CameraSettings) -> None:
+        """Refuse more rays than fit into memory, and a camera that cannot be."""
         count = settings.width * settings.height
         refuse_if_too_large(
             count * BYTES_PER_RAY, f"a camera of {count} rays", "lower width and height"
         )
+        if settings.from_ == settings.at != (0.0, 0.0, 0.0):
+            raise InputError("rays camera: 'from' and 'at' are the same point; move one of them")
+
+    @staticmethod
+    def make(scene: Scene, settings: CameraSettings) -> Rays:
+        """Return width * height primary rays, followed by the shadow rays."""
+        CameraWorkload.refuse_impossible(settings)
         primary = camera_rays(
             camera_of(scene, settings), settings.width, settings.height, settings.pixel == "corner"
         )
@@ -126,8 +138,6 @@ def camera_of(scene: Scene, settings: CameraSettings) -> Camera:
         camera = Camera(
             np.array(settings.from_), np.array(settings.at), np.array([0.0, 0.0, 1.0]), 45.0
         )
-    elif settings.from_ != unset:
-        raise InputError("rays camera: 'from' and 'at' are the same point; move one of them")
     else:
         camera = scene.camera or framing_camera(scene, settings.width / settings.height)
     up = camera.up if settings.up == unset else np.array(settings.up)
@@ -258,11 +268,16 @@ class RandomLinesWorkload(Workload):
     Settings = RandomLinesSettings
 
     @staticmethod
-    def make(scene: Scene, settings: RandomLinesSettings) -> Rays:
-        """Return lines that start outside the scene's bounding sphere."""
+    def refuse_impossible(settings: RandomLinesSettings) -> None:
+        """Refuse more rays than fit into memory."""
         refuse_if_too_large(
             settings.count * BYTES_PER_RAY, f"{settings.count} random lines", "lower the count"
         )
+
+    @staticmethod
+    def make(scene: Scene, settings: RandomLinesSettings) -> Rays:
+        """Return lines that start outside the scene's bounding sphere."""
+        RandomLinesWorkload.refuse_impossible(settings)
         origins, directions = random_lines(scene.lower, scene.upper, settings.count, settings.seed)
         return Rays.from_arrays(origins, directions, class_names=("random line",))
 
@@ -315,33 +330,49 @@ class FileWorkload(Workload):
     Settings = FileSettings
 
     @staticmethod
+    def refuse_impossible(settings: FileSettings) -> None:
+        """Refuse a file that has no rays."""
+        read_rays(settings)
+
+    @staticmethod
     def make(scene: Scene, settings: FileSettings) -> Rays:
-        """Read the rays."""
-        if not settings.path:
-            raise InputError("rays from a file need its path: file:path=rays.npz")
-        path = Path(settings.path).expanduser()
-        if not path.is_file():
-            raise InputError(f"there is no file {path}")
-        try:
-            with np.load(path) as arrays:
-                found = {name: arrays[name] for name in arrays.files}
-        except MemoryError as error:
-            raise InputError(f"{path} does not fit into memory: {error}") from None
-        except Exception as error:
-            # NumPy, zipfile, zlib and tokenize raise a dozen different things on a broken file.
-            raise InputError(
-                f"{path} cannot be read as .npz: {type(error).__name__}: {error}"
-            ) from error
-        missing = {"origins", "directions"} - set(found)
-        if missing:
-            raise InputError(f"{path} has no array named {', '.join(sorted(missing))}")
-        try:
-            return Rays.from_arrays(
-                found["origins"], found["directions"], found.get("t_max", np.inf),
-                class_names=("file",),
-            )  # fmt: skip
-        except (InputError, ValueError, TypeError) as error:
-            raise InputError(f"{path}: {error}") from None
+        """Read the rays; they are the same for every scene."""
+        return read_rays(settings)
+
+
+def read_rays(settings: FileSettings) -> Rays:
+    """Return the rays of an .npz file.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is broken.
+    """
+    if not settings.path:
+        raise InputError("rays from a file need its path: file:path=rays.npz")
+    path = Path(settings.path).expanduser()
+    if not path.is_file():
+        raise InputError(f"there is no file {path}")
+    try:
+        with np.load(path) as arrays:
+            found = {name: arrays[name] for name in arrays.files}
+    except MemoryError as error:
+        raise InputError(f"{path} does not fit into memory: {error}") from None
+    except Exception as error:
+        # NumPy, zipfile, zlib and tokenize raise a dozen different things on a broken file.
+        raise InputError(
+            f"{path} cannot be read as .npz: {type(error).__name__}: {error}"
+        ) from error
+    missing = {"origins", "directions"} - set(found)
+    if missing:
+        raise InputError(f"{path} has no array named {', '.join(sorted(missing))}")
+    try:
+        return Rays.from_arrays(
+            found["origins"], found["directions"], found.get("t_max", np.inf),
+            class_names=("file",),
+        )  # fmt: skip
+    except (InputError, ValueError, TypeError) as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 WORKLOADS: dict[str, type[Workload]] = {

@@ -36,14 +36,32 @@ def test_json_on_standard_output(run, steps):
     assert out.records[0]["structure"]["settings"]["max_leaf_size"] == 1
 
 
-def test_refusals(refused, steps, obj, five, tmp_path):
+def test_a_frame_with_other_triangles_fails_alone(run, steps, obj, five, tmp_path):
     fewer = obj(five[:3], "fewer.obj")
-    assert "frame 1: the tree was built over 5 triangles" in refused("animate", steps[0], fewer)
+    out = run("animate", steps[0], fewer, steps[2], "--csv", tmp_path / "a.csv", "--pictures",
+              tmp_path / "page", "--json", tmp_path / "a.json")  # fmt: skip
+    assert out.code == 1
+    (line,) = out.err.splitlines()
+    assert line.startswith("accelscope: error: frame 1: the tree was built over 5 triangles")
+    records = json.loads((tmp_path / "a.json").read_text())["records"]
+    assert ["error" in record for record in records] == [False, False, True, True, False, False]
+    assert records[2]["frame"] == 1
+    assert records[2]["scene"]["triangles"] == 3
+    assert out.out.splitlines()[3].split()[:2] == ["1", "failed:"]
+    assert (tmp_path / "page" / "cost.svg").read_text().count("<circle") == 4
+
+
+def test_refusals(refused, steps, obj, tmp_path):
+    rng = np.random.default_rng(1)
+    shared = obj(rng.random((300, 1, 3)) + 0.5 * rng.random((300, 3, 3)), "shared.obj")
     assert "only bvh" in refused("animate", *steps, "--structure", "grid")
     assert "only bvh" in refused("animate", *steps, "--structure", "all")
     assert "one each" in refused("animate", *steps, "--frames", "1:3")
     assert "one per frame" in refused("animate")
     assert "no file" in refused("animate", tmp_path / "none.blend")
+    assert "pieces" in refused(
+        "animate", shared, shared, "--quiet", "--structure", "bvh:builder=sbvh"
+    )
     assert "overwrite" in refused("animate", steps[0], "--csv", steps[0])
     for text in ("x", "1:2:3:4", "", "1.5:3"):
         assert "A:B" in refused("animate", steps[0], "--frames", text or " ")

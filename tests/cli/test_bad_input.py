@@ -23,8 +23,6 @@ GOOD = ("--structure", "bvh", "--rays", "camera:width=4,height=3")
         (["frobnicate"], "'frobnicate'"),
         (["list", "extra"], "extra"),
         (["list", "--yaml"], "--yaml"),
-        (["evaluate", TETRA], "--structure"),
-        (["evaluate", TETRA, "--structure", "bvh"], "--rays"),
         (["evaluate", TETRA, "--structure", "--rays", "camera"], "--structure"),
         (["evaluate", TETRA, *GOOD, "--threads", "many"], "--threads"),
         (["evaluate", TETRA, *GOOD, "--threads", "-1"], "--threads must be 0 to 1024, not -1"),

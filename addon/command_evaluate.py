@@ -1,0 +1,223 @@
+"""``accelscope evaluate``: every structure over every scene, traced with every set of rays.
+
+Like :mod:`.command`, this imports no ``bpy``; a ``.blend`` brings it in.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.errors import InputError, reason_of
+from ..core.kernels import HAS_NUMBA
+from ..core.scene import Scene
+from .command_arguments import (
+    SPECS,
+    refuse_bad_threads,
+    scenes_of,
+    structure_specs,
+    take_scenes,
+    workload_specs,
+)
+from .command_output import (
+    Results,
+    add_output_options,
+    add_threads_option,
+    note_on,
+    progress_of,
+    refuse_bad_outputs,
+    say,
+)
+
+if TYPE_CHECKING:
+    from ..core.evaluation.workloads import Workload
+    from ..core.structures.contract import Structure
+
+EXAMPLES = """\
+examples:
+  accelscope evaluate bunny.obj
+  accelscope evaluate bunny.obj --structure bvh grid --rays camera
+  accelscope evaluate sample:tetra --structure grid:resolution=35x35x35,mailbox=true \\
+      --rays random_lines:count=100000 --json result.json
+"""
+
+REFUSALS = (InputError, MemoryError)
+"""What makes one record of a batch fail and leaves the others alone."""
+
+
+def add_parser(commands: argparse._SubParsersAction) -> None:
+    """Declare the subcommand."""
+    parser = commands.add_parser(
+        "evaluate",
+        help="build every structure over every scene and trace every set of rays",
+        epilog=f"{SPECS}\n{EXAMPLES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("scenes", nargs="*", metavar="SCENE", help="without any, Blender's open file")
+    add("--structure", nargs="+", metavar="SPEC", action="extend",
+        help="structures, as accelscope list names them, or all (default: bvh)")  # fmt: skip
+    add("--rays", nargs="+", metavar="SPEC", action="extend",
+        help="camera, random_lines or file (default: random_lines)")  # fmt: skip
+    add("--hits", metavar="PATH.npz", help="write hits and counters of every ray")
+    add_output_options(parser, "pictures of the cells over the mesh")
+    add_threads_option(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> int:
+    """Run every combination, then write what was asked for; return the exit code.
+
+    Raises
+    ------
+    InputError
+        For whatever is wrong with the arguments or the places to write to.
+    """
+    from ..core.evaluation.workloads import WORKLOADS
+    from ..core.structures import structures
+
+    # Everything that can be refused is looked at before the first long computation.
+    names = take_scenes(arguments, "structure", [*structures(), "all"], "structure") or ["bvh"]
+    rays = take_scenes(arguments, "rays", WORKLOADS, "rays") or ["random_lines"]
+    chosen = structure_specs(names, functools.partial(say, arguments))
+    workloads = workload_specs(rays)
+    refuse_bad_threads(arguments.threads)
+    scenes = scenes_of(arguments.scenes, open_file)
+    runs = len(scenes) * len(chosen) * len(workloads)
+    if arguments.hits and runs != 1:
+        raise InputError(
+            f"--hits takes one scene, structure and set of rays, not {runs} combinations"
+        )
+    rays_files = [settings.path for _, settings in workloads if hasattr(settings, "path")]
+    refuse_bad_outputs(arguments, [*arguments.scenes, *rays_files], [arguments.hits])
+    if not HAS_NUMBA:
+        say(arguments, "no Numba here: kernels run as slow plain Python")
+
+    batch = Batch(arguments, chosen, workloads, runs)
+    with batch.results:
+        for name, open_one in scenes:
+            batch.add_scene(name, open_one)
+    return batch.results.exit_code
+
+
+class Batch:
+    """Combinations of scenes, structures and rays; what is refused is told and left out."""
+
+    def __init__(
+        self,
+        arguments: argparse.Namespace,
+        chosen: list[tuple[type[Structure], Any]],
+        workloads: list[tuple[type[Workload], Any]],
+        runs: int,
+    ) -> None:
+        from ..core.evaluation.report import table
+
+        self.arguments, self.chosen, self.workloads = arguments, chosen, workloads
+        self.progress = progress_of(arguments)
+        self.results = Results(arguments, table, runs)
+        self.gallery = None
+        if arguments.pictures:
+            from ..core.evaluation.pictures import Gallery
+
+            self.gallery = Gallery(Path(arguments.pictures))
+            self.results.write_page = self.gallery.write_page
+
+    def add_scene(self, name: str, open_one: Callable[[], Scene]) -> None:
+        """Open a scene, then build every structure over it and trace every set of rays."""
+        try:
+            scene = open_one()
+        except REFUSALS as error:
+            reason = self.results.complain(name, error)
+            for structure_type, settings in self.chosen:
+                self.add_failure(name, structure_type, settings, [reason] * len(self.workloads))
+            return
+        note_on(self.arguments, scene)
+        rays_of: list[Any] = []  # Rays, or why there are none
+        for workload, settings in self.workloads:
+            try:
+                rays_of.append(workload.make(scene, settings))
+            except REFUSALS as error:
+                self.results.complain(f"{name}, rays {workload.name}", error)
+                rays_of.append(reason_of(error))
+        for structure_type, settings in self.chosen:
+            if all(isinstance(rays, str) for rays in rays_of):
+                self.add_failure(scene, structure_type, settings, rays_of)
+            else:
+                self.add_structure(scene, structure_type, settings, rays_of)
+
+    def add_failure(
+        self, scene: Scene | str, structure_type: type[Structure], settings: Any, reasons: list[str]
+    ) -> None:
+        """Add the failed records of a structure, one per set of rays, and tell why on the page."""
+        from ..core.evaluation.experiment import make_failed_record
+
+        self.results.records += [
+            make_failed_record(scene, structure_type, settings, *workload, reason)
+            for workload, reason in zip(self.workloads, reasons, strict=True)
+        ]
+        if self.gallery:
+            name = scene if isinstance(scene, str) else scene.name
+            self.gallery.add_failure(name, structure_type, settings, reasons[0])
+
+    def add_structure(
+        self, scene: Scene, structure_type: type[Structure], settings: Any, rays_of: list[Any]
+    ) -> None:
+        """Build a structure and trace every set of rays."""
+        from ..core.evaluation.experiment import build, make_failed_record
+
+        where = f"{scene.name}, {structure_type.name}"
+        try:
+            built = build(scene, structure_type, settings, self.progress)
+        except REFUSALS as error:
+            reason = self.results.complain(where, error)
+            self.add_failure(scene, structure_type, settings, [reason] * len(self.workloads))
+            return
+        for workload, rays in zip(self.workloads, rays_of, strict=True):
+            reason = rays
+            if not isinstance(rays, str):
+                try:
+                    record, traced = self.measure(built, *workload, rays)
+                except REFUSALS as error:
+                    reason = self.results.complain(f"{where}, rays {workload[0].name}", error)
+                else:
+                    self.results.records.append(record)
+                    if self.arguments.hits:
+                        write_hits(self.arguments.hits, scene, traced)
+                    continue
+            self.results.records.append(
+                make_failed_record(scene, structure_type, settings, *workload, reason)
+            )
+        if self.gallery:
+            shown = [rays for rays in rays_of if not isinstance(rays, str)]
+            try:
+                self.gallery.add(built, self.results.records[-len(self.workloads) :], shown)
+            except REFUSALS as error:
+                self.results.complain(f"{where}, pictures", error)
+
+    def measure(self, built: Any, workload: type[Workload], settings: Any, rays: Any) -> Any:
+        """Trace one set of rays; return the record, and what was traced."""
+        from ..core.evaluation.experiment import make_record, refuse_not_finite, trace_rays
+
+        traced = trace_rays(built, workload, settings, rays, self.arguments.threads, self.progress)
+        record = make_record(built, traced)
+        refuse_not_finite(record)
+        return record, traced
+
+
+def write_hits(path: str, scene: Scene, traced: Any) -> None:
+    """Write t, primitive (index in the file's order) and the counters of every ray."""
+    from ..core.structures.steps import COUNTER_NAMES
+    from ..core.writing import replacing
+
+    primitive = traced.hits.primitive
+    in_file = np.where(primitive >= 0, scene.primitive_ids[primitive], -1).astype(np.int32)
+    with replacing(path) as file:
+        np.savez_compressed(
+            file, t=traced.hits.t, primitive=in_file, ray_class=traced.rays.classes,
+            **{name: traced.counters[name] for name in COUNTER_NAMES},
+        )  # fmt: skip

@@ -1,0 +1,242 @@
+"""What all subcommands share: what they print, and where their results go.
+
+Like :mod:`.command`, this imports no ``bpy``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from ..core.errors import InputError, reason_of
+from ..core.progress import SILENT, Progress, TerminalProgress
+from ..core.scene import Scene
+from ..core.writing import refuse_unwritable
+
+SOME_MISSING, NOTHING = 1, 2
+"""Exit codes: something was measured and something was not, and nothing was."""
+
+Record = dict[str, Any]
+
+
+class CannotPrint(Exception):
+    """Standard output cannot be written: a full disk, or a pipe whose reader has gone."""
+
+
+def add_output_options(parser: argparse.ArgumentParser, pictures: str) -> None:
+    """Declare where results go; `pictures` says what is to be seen in them."""
+    add = parser.add_argument
+    add("--json", metavar="PATH",
+        help="write the records as JSON; - is standard output, for JSON alone")  # fmt: skip
+    add("--csv", metavar="PATH", help="write the records as CSV")
+    add("--pictures", metavar="DIR", help=f"write {pictures}, and a page")
+    add("--quiet", action="store_true",
+        help="print errors only: no table, progress or remark, neither of Blender's")  # fmt: skip
+
+
+def add_threads_option(parser: argparse.ArgumentParser) -> None:
+    """Declare how many threads trace."""
+    parser.add_argument(
+        "--threads", type=int, default=0, metavar="N", help="0, the default, takes every core"
+    )
+
+
+# ----------------------------------------------------------------------------- what is printed
+
+
+def say(arguments: argparse.Namespace, text: str) -> None:
+    """Print a remark on standard error, unless all is to be quiet."""
+    if not arguments.quiet:
+        remark(text)
+
+
+def note_on(arguments: argparse.Namespace, scene: Scene, before: set[str] | None = None) -> None:
+    """Print what of its source a scene is without, unless all is to be quiet.
+
+    Parameters
+    ----------
+    before : set of str, optional
+        What was said of earlier frames of the same scene, and need not be said again.
+    """
+    remarks = [f"{scene.name}: {sentence}" for sentence in scene.notes]
+    if scene.dropped:
+        remarks.insert(
+            0, f"{scene.name}: {scene.dropped} triangles with NaN or infinite vertices are left out"
+        )
+    for text in remarks:
+        if before is None or text not in before:
+            say(arguments, text)
+    if before is not None:
+        before.update(remarks)
+
+
+def complain(text: str) -> None:
+    """Print an error on standard error."""
+    remark(f"error: {text}")
+
+
+def remark(text: str) -> None:
+    """Print one line on standard error; names in it cannot steer the terminal."""
+    from ..core.evaluation.report import printable
+
+    print(f"accelscope: {printable(' '.join(text.split()))}", file=sys.stderr)
+
+
+def print_result(arguments: argparse.Namespace, text: str) -> None:
+    """Print on the standard output that is kept for results.
+
+    Raises
+    ------
+    CannotPrint
+    """
+    try:
+        print(text, file=arguments.standard_output, flush=True)
+    except OSError as error:
+        raise CannotPrint from error
+
+
+def progress_of(arguments: argparse.Namespace) -> Progress:
+    """Return what shows the progress, unless all is to be quiet."""
+    return SILENT if arguments.quiet else TerminalProgress()
+
+
+# ------------------------------------------------------------------------------- what is written
+
+
+class Results:
+    """Records as they come and failures among them; written at the end, even at an early one.
+
+    It is a context: when its block ends, by Ctrl-C or a defect too, what was measured until then is
+    written. If nothing was, nothing is, and what stood at those places stays.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        With the options of :func:`add_output_options`.
+    table : callable
+        Returns the records as text.
+    expected : int
+        How many records there will be.
+    write_page : callable, optional
+        Writes the page of pictures.
+
+    Attributes
+    ----------
+    records : list of dict
+    """
+
+    def __init__(
+        self,
+        arguments: argparse.Namespace,
+        table: Callable[[list[Record]], str],
+        expected: int,
+        write_page: Callable[[], None] | None = None,
+    ) -> None:
+        self.records: list[Record] = []
+        self.write_page = write_page
+        self._arguments, self._table, self._expected = arguments, table, expected
+        self._is_all_there = True
+
+    def complain(self, where: str, error: InputError | MemoryError) -> str:
+        """Print why something is missing, and return that without `where`."""
+        reason = reason_of(error)
+        complain(reason if self._expected == 1 else f"{where}: {reason}")
+        self._is_all_there = False
+        return reason
+
+    @property
+    def measured(self) -> int:
+        """How many records have figures."""
+        return sum("error" not in record for record in self.records)
+
+    @property
+    def exit_code(self) -> int:
+        """0, 1 if something is missing, or 2 if nothing was measured."""
+        if not self.measured:
+            return NOTHING
+        return 0 if self._is_all_there else SOME_MISSING
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type | None, error: BaseException | None, trace: TracebackType | None
+    ) -> bool:
+        if not self.measured:
+            return False
+        stopped = isinstance(error, KeyboardInterrupt)
+        if stopped:
+            complain(f"stopped; {self.measured} of {self._expected} records were measured")
+            self._is_all_there = False
+        self._write()
+        return stopped
+
+    def _write(self) -> None:
+        """Write and print everything that can be; raise the first of the errors after that."""
+        from ..core.evaluation.report import to_json_text, write_csv, write_json
+
+        options, records = self._arguments, self.records
+        wanted: list[Callable[[], None]] = []
+        if options.json and options.json != "-":
+            wanted.append(lambda: write_json(options.json, records))
+        if options.csv:
+            wanted.append(lambda: write_csv(options.csv, records))
+        if self.write_page and options.pictures:
+            wanted.append(self.write_page)
+        if options.json == "-":
+            wanted.append(lambda: print_result(options, to_json_text(records)))
+        elif not options.quiet:
+            wanted.append(lambda: print_result(options, self._table(records)))
+        errors: list[Exception] = []
+        for write in wanted:
+            try:
+                write()
+            except (InputError, MemoryError, CannotPrint) as error:
+                errors.append(error)
+        if errors:
+            raise errors[0]
+
+
+# ------------------------------------------------------------------------ what they may not be
+
+
+def refuse_bad_outputs(
+    arguments: argparse.Namespace, inputs: Sequence[str], others: Sequence[str | None] = ()
+) -> None:
+    """Refuse outputs that would overwrite an input or each other, or that cannot be written.
+
+    Parameters
+    ----------
+    inputs : sequence of str
+        Files that are read.
+    others : sequence of str or None
+        Outputs of this subcommand only.
+
+    Raises
+    ------
+    InputError
+        Naming the place.
+    """
+    names = [arguments.json, arguments.csv, *others]
+    outputs = [Path(name) for name in names if name not in (None, "-")]
+    if arguments.pictures:
+        outputs.append(Path(arguments.pictures) / "index.html")
+    refuse_to_overwrite(inputs, outputs)
+    for path in outputs:
+        refuse_unwritable(path)
+
+
+def refuse_to_overwrite(inputs: Sequence[str], outputs: Sequence[Path]) -> None:
+    """Raise InputError if an output is one of the inputs, or two outputs are one file."""
+    taken = {Path(path).expanduser().resolve(): path for path in inputs}
+    for path in outputs:
+        real = path.expanduser().resolve()
+        if real in taken:
+            raise InputError(
+                f"{path} would overwrite {taken[real]}; choose another name for the output"
+            )
+        taken[real] = str(path)

@@ -1,0 +1,120 @@
+"""Who may print: standard output for results alone, whatever Blender and libraries print.
+
+Blender prints lines of its own when it is imported, opens a file or ends; much of that is printed
+by C, behind Python's back. So it is the descriptors that are pointed elsewhere, not the objects in
+``sys`` alone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import io
+import os
+import sys
+from collections.abc import Iterator
+from typing import TextIO
+
+
+@contextlib.contextmanager
+def pointed_away(descriptor: int, to: int | None) -> Iterator[None]:
+    """Point a descriptor of this process to another one meanwhile, None for nowhere."""
+    kept = os.dup(descriptor)
+    point(descriptor, to)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError, TypeError):  # Windows has no C library of this name
+            ctypes.CDLL(None).fflush(None)
+        os.dup2(kept, descriptor)
+        os.close(kept)
+
+
+def point(descriptor: int, to: int | None) -> None:
+    """Point a descriptor to another one, for good; None, or one that is closed, is nowhere."""
+    try:
+        if to is not None:
+            os.dup2(to, descriptor)
+            return
+    except OSError:
+        pass
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, descriptor)
+    os.close(nowhere)
+
+
+@contextlib.contextmanager
+def standard_output_kept_clean() -> Iterator[None]:
+    """Discard what others print to standard output meanwhile."""
+    sys.stdout.flush()
+    with pointed_away(1, None):
+        yield
+
+
+def descriptor_of(stream: TextIO) -> int | None:
+    """Return the descriptor a stream writes to; None if it is an object of Python's alone."""
+    try:
+        return stream.fileno()
+    except (OSError, ValueError, AttributeError):
+        return None
+
+
+def stream_to_copy_of(descriptor: int) -> TextIO:
+    """Return a stream to where a descriptor points now."""
+    copy = os.dup(descriptor)
+    return os.fdopen(copy, "w", encoding="utf-8", errors="backslashreplace")
+
+
+@contextlib.contextmanager
+def own_standard_output(*, others_to: int | None, until_exit: bool) -> Iterator[TextIO]:
+    """Give standard output to the caller alone, as the stream that is yielded.
+
+    Parameters
+    ----------
+    others_to : int or None
+        The descriptor that everybody else's printing goes to: 2, or None for nowhere.
+    until_exit : bool
+        Leave it so until the process ends, since Blender prints even then; else it is as before
+        afterwards.
+    """
+    stream = sys.stdout
+    stream.flush()
+    descriptor = descriptor_of(stream)
+    with contextlib.ExitStack() as undone:
+        if descriptor is not None:
+            # What C has not written yet is not flushed: it is none of ours and follows the others.
+            own: TextIO = stream_to_copy_of(descriptor)
+            if until_exit:
+                point(descriptor, others_to)
+            else:
+                undone.enter_context(own)
+                undone.enter_context(pointed_away(descriptor, others_to))
+        else:
+            own = stream
+        others = sys.stderr if others_to is not None else io.StringIO()
+        if until_exit:
+            sys.stdout = others
+        else:
+            undone.enter_context(contextlib.redirect_stdout(others))
+        yield own
+
+
+@contextlib.contextmanager
+def own_standard_error(*, until_exit: bool) -> Iterator[None]:
+    """Keep standard error for Python: what C prints there goes nowhere."""
+    stream = sys.stderr
+    stream.flush()
+    descriptor = descriptor_of(stream)
+    if descriptor is None:
+        yield
+        return
+    with contextlib.ExitStack() as undone:
+        own = stream_to_copy_of(descriptor)
+        if until_exit:
+            point(descriptor, None)
+            sys.stderr = own
+        else:
+            undone.enter_context(own)
+            undone.enter_context(pointed_away(descriptor, None))
+            undone.enter_context(contextlib.redirect_stderr(own))
+        yield
