@@ -114,6 +114,9 @@ class Frames:
             looks[number] = Look.at(context, scope, parts)
             watch(looks[number])
             yield number, extraction.scene_of(context, parts)
+            # What was edited and is not evaluated yet: in the next frame it could not be told from
+            # what the animation does.
+            context.evaluated_depsgraph_get()
             if not looks[number].is_settled:
                 is_touched = True
                 refuse_edited(context, number, looks[number])

@@ -1,0 +1,198 @@
+"""Every builder, every optimiser, every verb: what can be chosen together works together.
+
+The settings' choices make the list, so that a builder that is added is in it. The whole of it is
+marked `exhaustive`; every builder and every optimiser once, with all verbs, is part of every run.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from accelscope.core.errors import InputError
+from accelscope.core.evaluation.animation import animate
+from accelscope.core.evaluation.experiment import Built, Traced, make_record
+from accelscope.core.evaluation.pictures import Gallery
+from accelscope.core.evaluation.report import flatten, write_csv, write_json
+from accelscope.core.evaluation.workloads import RandomLinesSettings, RandomLinesWorkload
+from accelscope.core.geometry.rays import CLOSEST
+from accelscope.core.scene import Scene
+from accelscope.core.structures.bvh import BVH
+from accelscope.core.structures.bvh.refit import refit
+from accelscope.sample_scenes import make_sample
+
+CHOICES = {
+    field.name: list(field.metadata["choices"])
+    for field in dataclasses.fields(BVH.Settings)
+    if field.metadata["choices"]
+}
+BUILDERS, OPTIMISERS = CHOICES["builder"], CHOICES["optimise"]
+
+EVERYTHING = [(builder, optimise) for builder in BUILDERS for optimise in OPTIMISERS]
+
+REPRESENTATIVE = [
+    *((builder, "none") for builder in BUILDERS),
+    *(("ploc", optimise) for optimise in OPTIMISERS if optimise != "none"),
+]
+
+REST = [each for each in EVERYTHING if each not in REPRESENTATIVE]
+
+OTHER_CHOICES = [
+    (name, choice)
+    for name, choices in CHOICES.items()
+    if name not in ("builder", "optimise")
+    for choice in choices
+]
+"""Of the default builder: every volume, arity, axis, ..."""
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return make_sample("soup:count=90,edge=0.3")
+
+
+@pytest.fixture(scope="module")
+def moved(scene):
+    """The same triangles, twisted."""
+    corners = scene.triangles.copy()
+    angle = 1.5 * corners[..., 2]
+    x, y = corners[..., 0].copy(), corners[..., 1].copy()
+    corners[..., 0] = np.cos(angle) * x - np.sin(angle) * y
+    corners[..., 1] = np.sin(angle) * x + np.cos(angle) * y
+    return Scene.from_triangles(corners, "twisted")
+
+
+@pytest.fixture(scope="module")
+def rays(scene):
+    return RandomLinesWorkload.make(scene, RandomLinesSettings(count=60))
+
+
+def check_hits(structure, rays, truth):
+    hits, counters = structure.trace(rays, CLOSEST)
+    want, _ = truth.trace(rays, CLOSEST)
+    assert hits.t.tobytes() == want.t.tobytes()
+    assert np.array_equal(hits.primitive, want.primitive)
+    return hits, counters
+
+
+def check_exhibits(structure):
+    """Return the names of those whose first and last frames can be made."""
+    for exhibit in structure.exhibits():
+        for number in {0, exhibit.count // 2, exhibit.count - 1}:
+            frame = exhibit.frame(number)
+            assert np.isfinite(frame.segments).all()
+            assert len(frame.segments) == len(frame.colours)
+            assert frame.caption
+    return {exhibit.name for exhibit in structure.exhibits()}
+
+
+def check_all_verbs(settings, scene, moved, rays, naive, folder):
+    # build
+    structure = BVH.build(scene, settings)
+    assert structure.validate() == []
+    # trace, and step through a ray
+    hits, counters = check_hits(structure, rays, naive(scene))
+    for index in range(0, len(rays), 20):
+        tally = structure.record(rays, index, CLOSEST).tally()
+        assert tally == {name: counters[name][index] for name in tally}
+    # exhibits, cells
+    of_built = check_exhibits(structure)
+    assert len(structure.cells()) == len(structure.arrays.size)
+    assert structure.exhibits_left_out == ""
+    # export
+    built = Built(structure, 0.0)
+    traced = Traced(RandomLinesWorkload, RandomLinesSettings(count=60), rays, hits, counters, 0.0)
+    record = make_record(built, traced)
+    write_json(folder / "a.json", [record])
+    write_csv(folder / "a.csv", [record])
+    assert json.loads((folder / "a.json").read_text())["records"] == [
+        json.loads(json.dumps(record))
+    ]
+    assert flatten(record)
+    # refit, and all of it once more
+    frames = [(1, scene), (2, moved)]
+    if structure.parts is not None:
+        with pytest.raises(InputError, match="cuts triangles into pieces"):
+            refit(structure, moved)
+        with pytest.raises(InputError, match="cuts triangles into pieces"):
+            animate(frames, settings, RandomLinesWorkload, RandomLinesSettings(count=20))
+        return
+    refitted = refit(structure, moved)
+    assert refitted.validate() == []
+    check_hits(refitted, rays, naive(moved))
+    assert len(refitted.cells()) == len(structure.cells())
+    of_refitted = check_exhibits(refitted)
+    assert of_refitted <= of_built
+    assert "Build to see them" in refitted.exhibits_left_out
+    make_record(Built(refitted, 0.0), None)
+    assert refit(refitted, scene).validate() == []
+    # animate, and its exhibit
+    found = animate(frames, settings, RandomLinesWorkload, RandomLinesSettings(count=20))
+    assert len(found.records) == 4
+    assert check_exhibits(structure.with_history(found.history)) == {
+        *of_built,
+        "refit_over_timeline",
+    }
+
+
+@pytest.fixture(scope="module")
+def naive():
+    from accelscope.core.structures import structure_named
+
+    kind, known = structure_named("naive"), {}
+
+    def build(scene):
+        if scene.name not in known:
+            known[scene.name] = kind.build(scene, kind.Settings())
+        return known[scene.name]
+
+    return build
+
+
+@pytest.mark.parametrize(("builder", "optimise"), REPRESENTATIVE)
+def test_every_builder_and_every_optimiser(scene, moved, rays, naive, tmp_path, builder, optimise):
+    settings = BVH.Settings(builder=builder, optimise=optimise)
+    check_all_verbs(settings, scene, moved, rays, naive, tmp_path)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("builder", "optimise"), REST)
+def test_every_builder_with_every_optimiser(scene, moved, rays, naive, tmp_path, builder, optimise):
+    settings = BVH.Settings(builder=builder, optimise=optimise)
+    check_all_verbs(settings, scene, moved, rays, naive, tmp_path)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("name", "choice"), OTHER_CHOICES)
+def test_every_other_choice(scene, moved, rays, naive, tmp_path, name, choice):
+    settings = dataclasses.replace(BVH.Settings(), **{name: choice})
+    check_all_verbs(settings, scene, moved, rays, naive, tmp_path)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("builder", "optimise"), EVERYTHING)
+def test_pictures_of_every_one(scene, rays, moved, tmp_path, builder, optimise):
+    settings = BVH.Settings(builder=builder, optimise=optimise)
+    structure = BVH.build(scene, settings)
+    gallery = Gallery(tmp_path)
+    gallery.add(Built(structure, 0.0), [make_record(Built(structure, 0.0), None)], [rays])
+    if structure.parts is None:
+        refitted = Built(refit(structure, moved), 0.0)
+        gallery.add(refitted, [make_record(refitted, None)], [rays])
+    gallery.write_page()
+    page = (tmp_path / "index.html").read_text()
+    for exhibit in structure.exhibits():
+        assert exhibit.label in page
+
+
+def test_the_matrix_does_not_shrink():
+    assert len(BUILDERS) >= 13
+    assert len(OPTIMISERS) >= 6
+    assert len(EVERYTHING) == len(set(EVERYTHING)) >= 78
+    assert len(REPRESENTATIVE) == len(BUILDERS) + len(OPTIMISERS) - 1
+    assert sorted(REPRESENTATIVE + REST) == sorted(EVERYTHING)
+    assert {builder for builder, _ in REPRESENTATIVE} == set(BUILDERS)
+    assert {optimise for _, optimise in REPRESENTATIVE} == set(OPTIMISERS)
+    assert len(OTHER_CHOICES) >= 8 + 3 + 2 + 2 + 2
