@@ -41,11 +41,30 @@ def name_of(key: str) -> str:
     return " ".join(word.upper() if word.lower() in ACRONYMS else word for word in words)
 
 
-def property_of(field: dataclasses.Field, **options: Any) -> Any:
+def label_of(field: dataclasses.Field) -> str:
+    """Return what a setting is called in the panel."""
+    return field.metadata["label"]
+
+
+def condition_of(field: dataclasses.Field, settings_type: type) -> str:
+    """Return where a setting has an effect: ``"only for Builder LBVH, PLOC"``; "" if everywhere."""
+    labels = {each.name: label_of(each) for each in dataclasses.fields(settings_type)}
+    parts = []
+    for name, condition in (field.metadata["only_for"] or {}).items():
+        # Either choices, or a word such as "given".
+        words = [condition] if isinstance(condition, str) else map(name_of, condition)
+        parts.append(f"{labels[name]} {', '.join(words)}")
+    return f"only for {' and '.join(parts)}" if parts else ""
+
+
+def property_of(field: dataclasses.Field, condition: str = "", **options: Any) -> Any:
     """Return the Blender property of one field made by ``core.settings.setting``.
 
     Parameters
     ----------
+    condition : str
+        See :func:`condition_of`. Where a setting has no effect it is grey, and its description says
+        why.
     **options
         What else Blender is to know, such as ``update``.
     """
@@ -54,6 +73,8 @@ def property_of(field: dataclasses.Field, **options: Any) -> Any:
     description = meta["description"]
     if meta["unit"]:
         description += f" (unit: {meta['unit']})"
+    if condition:
+        description += f"; {condition}"
     common = {"name": meta["label"], "description": description, **options}
     if isinstance(default, bool):
         return BoolProperty(default=default, **common)
@@ -80,8 +101,10 @@ def property_of(field: dataclasses.Field, **options: Any) -> Any:
 
 def properties_of(settings_type: type, **options: Any) -> dict[str, Any]:
     """Return the Blender properties of a settings dataclass by field name."""
-    fields = dataclasses.fields(settings_type)
-    return {field.name: property_of(field, **options) for field in fields}
+    return {
+        field.name: property_of(field, condition_of(field, settings_type), **options)
+        for field in dataclasses.fields(settings_type)
+    }
 
 
 def enum_of(choices: Mapping[str, tuple[str, str]], **options: Any) -> Any:
@@ -117,7 +140,7 @@ def read(group: Any, settings_type: type[T], where: str) -> T:
     group : bpy.types.PropertyGroup
         Or an operator whose properties :func:`properties_of` made.
     where : str
-        What is set, for the message (``"structure grid"``).
+        What is set, as the panel calls it, for the message (``"Uniform Grid"``).
 
     Raises
     ------
@@ -128,7 +151,7 @@ def read(group: Any, settings_type: type[T], where: str) -> T:
         field.name: _value_of(field, getattr(group, field.name))
         for field in dataclasses.fields(settings_type)  # type: ignore[arg-type]
     }
-    return check(settings_type(**values), where)
+    return check(settings_type(**values), where, label_of)
 
 
 def _value_of(field: dataclasses.Field, value: Any) -> Any:

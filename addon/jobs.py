@@ -23,6 +23,7 @@ import bpy
 
 from ..core.errors import InputError
 from ..core.progress import SILENT, Cancelled, Progress
+from .wording import in_panel
 
 Work = Callable[[Progress], Any]
 
@@ -65,11 +66,11 @@ class Job(Progress):
 
     def announce(self, text: str) -> None:
         """Show that work has begun which cannot say how far it is."""
-        self.text = text.capitalize()
+        self.text = in_panel(text[:1].upper() + text[1:])
 
     def report(self, done: float, total: float, text: str) -> None:
         """Note how far the work is; stop it here if it is cancelled."""
-        self.text = text
+        self.text = in_panel(text)
         self.factor = min(max(done / total, 0.0), 1.0) if total > 0 else 0.0
         if self._stop.is_set():
             raise Cancelled
@@ -94,12 +95,24 @@ class Job(Progress):
 
 
 _current: Job | None = None
+_refusal = ""
 _abandoned: list[Job] = []
 
 
 def running() -> Job | None:
     """Return the job under way."""
     return _current
+
+
+def refusal() -> str:
+    """Return why the last job came to nothing, in one line; nothing if it did not."""
+    return _refusal
+
+
+def forget_refusal() -> None:
+    """Forget why the last job came to nothing: something else is done now."""
+    global _refusal
+    _refusal = ""
 
 
 def keep_waiting(operator: type[bpy.types.Operator]) -> bool:
@@ -159,6 +172,9 @@ class JobOperator:
 
     job_text = "Working"
 
+    refused_text = "Not done"
+    """What the panel says in front of the reason why it was refused."""
+
     head_start = 0.0
     """Seconds that Blender waits first, for work that mostly ends at once."""
 
@@ -190,6 +206,7 @@ class JobOperator:
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Do the work and return."""
+        forget_refusal()
         try:
             return self._store(context, self.prepare(context)(SILENT))
         except Exception as error:
@@ -202,6 +219,7 @@ class JobOperator:
             return self.execute(context)
         self._job: Job | None = None
         self._timer: Any = None
+        forget_refusal()
         try:
             self._job = job = Job(self.prepare(context), self.job_text)
             if self.head_start > 0.0:
@@ -273,8 +291,12 @@ class JobOperator:
         return {"FINISHED"}
 
     def _fail(self, error: BaseException) -> set[str]:
+        global _refusal
         self._clean_up()
-        self.report({"ERROR"}, self.one_line(error))  # type: ignore[attr-defined]
+        text = self.one_line(error)
+        # The report vanishes at the next move of the mouse.
+        _refusal = f"{self.refused_text}: {text}"
+        self.report({"ERROR"}, text)  # type: ignore[attr-defined]
         return {"CANCELLED"}
 
     def _clean_up(self) -> None:
@@ -284,7 +306,7 @@ class JobOperator:
     def one_line(self, error: BaseException) -> str:
         """Return what has gone wrong; print the traceback of what should not have happened."""
         if isinstance(error, InputError):
-            return " ".join(str(error).split())
+            return in_panel(str(error))
         if isinstance(error, MemoryError):
             return "Out of memory; use a smaller scene or resolution"
         traceback.print_exception(error)

@@ -47,7 +47,7 @@ def structure_and_settings(root: Any) -> tuple[type, Any]:
 
     structure = structure_named(root.structure)
     group = getattr(root.structures, structure.name)
-    return structure, read(group, structure.Settings, f"structure {structure.name}")
+    return structure, read(group, structure.Settings, structure.label)
 
 
 def workload_and_settings(root: Any) -> tuple[type, Any]:
@@ -62,7 +62,7 @@ def workload_and_settings(root: Any) -> tuple[type, Any]:
 
     workload = workload_named(root.workload)
     group = getattr(root.workloads, workload.name)
-    return workload, read(group, workload.Settings, f"rays {workload.name}")
+    return workload, read(group, workload.Settings, workload.label)
 
 
 # ------------------------------------------------------------------------------ scene.accelscope

@@ -24,6 +24,7 @@ from .drawable import Drawable, make_drawable
 from .showcase import Showcase
 from .snapshot import Look, Snapshot
 from .split_plane import SplitPlaneSettings, SplitView
+from .wording import in_panel
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ..core.evaluation.experiment import Built, Traced
@@ -195,7 +196,7 @@ class Session:
         if self.split_view is None:
             return
         group = context.scene.accelscope.split_plane
-        settings = generated.read(group, SplitPlaneSettings, "split plane")
+        settings = generated.read(group, SplitPlaneSettings, "Split Plane")
         drawn = self.split_view.draw(settings if group.show else None)
         if not drawn and jobs.running() is None:
             bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
@@ -276,7 +277,7 @@ class Session:
         try:
             structure, settings = properties.structure_and_settings(root)
         except InputError as error:
-            return str(error)
+            return in_panel(str(error))
         if structure is not type(self.built.structure):
             return f"{self.built.structure.label} was built"
         return "" if settings == self.built.structure.settings else "the settings were changed"
@@ -393,6 +394,7 @@ def _before_load(*_: Any) -> None:
 @persistent
 def _after_load(*_: Any) -> None:
     current.clear()
+    jobs.forget_refusal()
 
 
 HANDLERS = (

@@ -20,7 +20,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from .errors import InputError
@@ -147,8 +147,15 @@ def parse(settings_type: type[T], texts: Mapping[str, str], where: str) -> T:
     return check(settings_type(**values), where)
 
 
-def check(settings: T, where: str) -> T:
+def check(settings: T, where: str, called: Callable[[dataclasses.Field], str] = key_of) -> T:
     """Return `settings` if every value is of its type and within its limits.
+
+    Parameters
+    ----------
+    where : str
+        What is being set, for the messages.
+    called : callable
+        Returns what a setting is called where it is set; on the command line by its key.
 
     Raises
     ------
@@ -159,21 +166,21 @@ def check(settings: T, where: str) -> T:
         value = getattr(settings, field.name)
         if not _is_of_kind(value, field.default):
             raise InputError(
-                f"{where}: {key_of(field)} takes {kind_in_words(field)}, not {value!r}"
+                f"{where}: {called(field)} takes {kind_in_words(field)}, not {value!r}"
             )
         if value == field.default:
             continue
         meta = field.metadata
         if meta["choices"] and value not in meta["choices"]:
             known = ", ".join(meta["choices"])
-            raise InputError(f"{where}: {key_of(field)} is one of {known}, not '{value}'")
+            raise InputError(f"{where}: {called(field)} is one of {known}, not '{value}'")
         if isinstance(value, (str, bool)):
             continue
         for component in value if isinstance(value, tuple) else (value,):
             if isinstance(component, int) and abs(component) >= 2**63:
-                raise InputError(f"{where}: {key_of(field)} is a number of more than 64 bits")
+                raise InputError(f"{where}: {called(field)} is a number of more than 64 bits")
             if not math.isfinite(component):
-                raise InputError(f"{where}: {key_of(field)} must be finite, not {component}")
+                raise InputError(f"{where}: {called(field)} must be finite, not {component}")
             low, high = meta["minimum"], meta["maximum"]
             if (low is not None and component < low) or (high is not None and component > high):
                 limits = " and ".join(
@@ -181,7 +188,7 @@ def check(settings: T, where: str) -> T:
                     for word, limit in (("least", low), ("most", high))
                     if limit is not None
                 )
-                raise InputError(f"{where}: {key_of(field)} must be {limits}, not {component}")
+                raise InputError(f"{where}: {called(field)} must be {limits}, not {component}")
     return settings
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
 import bpy
 
 from ..addon import generated, sample_objects
+from ..addon.wording import in_panel
 from ..core.errors import InputError
+from ..core.settings import has_effect
 from ..sample_scenes import samples
 
 
@@ -51,18 +54,23 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.use_property_split = True
         self.layout.prop(self, "sample")
-        for field in settings_of(self.sample):
-            self.layout.prop(self, f"{self.sample}_{field}")
+        for field in dataclasses.fields(samples()[self.sample].Settings):
+            row = self.layout.row()
+            row.active = has_effect(field, self.group())
+            row.prop(self, f"{self.sample}_{field.name}")
+
+    def group(self) -> SimpleNamespace:
+        """Return the settings of the chosen sample by field name."""
+        name = self.sample
+        return SimpleNamespace(**{f: getattr(self, f"{name}_{f}") for f in settings_of(name)})
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        name = self.sample
-        sample = samples()[name]
-        group = SimpleNamespace(**{f: getattr(self, f"{name}_{f}") for f in settings_of(name)})
+        sample = samples()[self.sample]
         try:
-            settings: Any = generated.read(group, sample.Settings, f"sample scene {name}")
+            settings: Any = generated.read(self.group(), sample.Settings, sample.label)
             scene = sample.generate(settings)
         except (InputError, MemoryError) as error:
-            self.report({"ERROR"}, str(error) or "Out of memory; lower the settings")
+            self.report({"ERROR"}, in_panel(str(error)) or "Out of memory; lower the settings")
             return {"CANCELLED"}
         sample_objects.add_scene(context, scene, sample.label)
         self.report({"INFO"}, f"{sample.label}: {len(scene)} triangles")

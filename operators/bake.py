@@ -28,6 +28,7 @@ class ACCELSCOPE_OT_bake(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..addon.bake import bake_cells
+        from ..addon.wording import in_panel
         from ..core.errors import InputError
 
         built, cells = session.current.built, session.current.cells
@@ -37,7 +38,7 @@ class ACCELSCOPE_OT_bake(bpy.types.Operator):
         try:
             obj = bake_cells(context, cells, display, f"{built.structure.label} Cells")
         except InputError as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, in_panel(str(error)))
             return {"CANCELLED"}
         self.report({"INFO"}, f"{obj.name}: {len(obj.data.edges)} edges")
         return {"FINISHED"}

@@ -21,6 +21,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
     bl_options = {"REGISTER"}
 
     job_text = "Building"
+    refused_text = "Not built"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -24,6 +24,7 @@ class ACCELSCOPE_OT_clear(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         session.current.clear()
+        jobs.forget_refusal()
         return {"FINISHED"}
 
 

@@ -26,6 +26,7 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
     bl_options = {"REGISTER"}
 
     job_text = "Comparing"
+    refused_text = "Not compared"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -6,6 +6,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ..addon import session
+from ..addon.wording import in_panel
 from ..core.errors import InputError
 
 FORMATS = [
@@ -59,7 +60,7 @@ class ACCELSCOPE_OT_export(bpy.types.Operator):
         try:
             write(path, [record, *session.current.timeline])
         except InputError as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, in_panel(str(error)))
             return {"CANCELLED"}
         self.report({"INFO"}, f"Wrote {path}")
         return {"FINISHED"}

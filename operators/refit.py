@@ -22,6 +22,7 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
     bl_options = {"REGISTER"}
 
     job_text = "Refitting"
+    refused_text = "Not refitted"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -20,6 +20,7 @@ class ACCELSCOPE_OT_show_frame(jobs.JobOperator, bpy.types.Operator):
     bl_options = {"INTERNAL"}
 
     job_text = "Making the frame"
+    refused_text = "Not shown"
     head_start = 0.2
 
     @classmethod

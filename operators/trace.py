@@ -20,6 +20,7 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
     bl_options = {"REGISTER"}
 
     job_text = "Tracing"
+    refused_text = "Not traced"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -41,6 +41,8 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
                 row = layout.row(align=True)
                 row.operator("accelscope.refit")
                 row.operator("accelscope.compare_over_timeline")
+            if jobs.refusal():
+                draw_wrapped(layout, jobs.refusal(), "CANCEL", width)
             status = session.current.status(context, at_once=False)
             stale = "ERROR" if session.current.built else "INFO"
             icon = "CHECKMARK" if status.up_to_date else stale

@@ -43,6 +43,10 @@ class VIEW3D_PT_accelscope_exhibits(SidebarPanel, bpy.types.Panel):
             draw_job(layout, job)
         elif showcase.shown != showcase.wanted(group):
             layout.operator("accelscope.show_frame")
+        assert session.current.built is not None
+        left_out = session.current.built.structure.exhibits_left_out
+        if left_out:
+            draw_wrapped(layout.column(align=True), left_out, "INFO", width)
         lines = layout.column(align=True)
         frame = showcase.frame_shown
         if showcase.shown is None or frame is None:

@@ -349,7 +349,7 @@ def read_rays(settings: FileSettings) -> Rays:
         If there is none, or it is broken.
     """
     if not settings.path:
-        raise InputError("rays from a file need its path: file:path=rays.npz")
+        raise InputError("rays from a file need its path, that of an .npz file")
     path = Path(settings.path).expanduser()
     if not path.is_file():
         raise InputError(f"there is no file {path}")

@@ -128,7 +128,7 @@ def test_reading_checks(bpy: Any) -> None:
     from accelscope.addon import generated
 
     values = dataclasses.asdict(EveryKind()) | {"ratio": float("inf")}
-    with pytest.raises(InputError, match="x: ratio must be finite"):
+    with pytest.raises(InputError, match="x: Ratio must be finite"):
         generated.read(SimpleNamespace(**values), EveryKind, "x")
 
 

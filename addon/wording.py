@@ -1,0 +1,89 @@
+"""Wording: messages of the core as the panel says them.
+
+The core names settings by their keys, as the command line takes them: ``lower max_depth or choose
+storage=pointer``. In the panel they have labels: "lower Max Depth or choose Storage Pointer".
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import re
+from typing import NamedTuple
+
+from ..core.settings import key_of
+from .generated import name_of
+
+ABBREVIATIONS = {"bsp", "bvh", "kdtree"}
+"""Names of structures that are no words."""
+
+KINDS = "structure|rays|sample scene"
+
+
+class Names(NamedTuple):
+    """What the panel calls things, by their names on the command line."""
+
+    settings: dict[str, str]
+    choices: dict[str, str]
+    entries: dict[str, str]
+
+
+@functools.cache
+def names() -> Names:
+    """Return the labels of all settings, choices, structures, rays and sample scenes."""
+    from ..core.evaluation.workloads import workloads
+    from ..core.structures import structures
+    from ..sample_scenes import samples
+
+    found = Names({}, {}, {})
+    for name, entry in [*structures().items(), *workloads().items(), *samples().items()]:
+        found.entries[name] = entry.label
+        for field in dataclasses.fields(entry.Settings):
+            found.settings[key_of(field)] = field.metadata["label"]
+            for choice in field.metadata["choices"] or ():
+                found.choices[choice] = name_of(choice)
+    return found
+
+
+def in_panel(message: str) -> str:
+    """Return a message with labels in place of keys, on one line.
+
+    Parameters
+    ----------
+    message : str
+        Of an InputError, or what work says it is doing.
+    """
+    text = " ".join(message.split())
+    text = re.sub(rf"^(?:{KINDS}) (\w+):", _entry_before_colon, text)
+    text = re.sub(r"(?<![\w/.])(\w+)=([\w.-]+)", _setting_and_value, text)
+    text = re.sub(r"'(\w+)'", _quoted_setting, text)
+    return re.sub(r"(?<![\w/.'])\w+(?![\w/'])(?!\.\w)", _word, text)
+
+
+def _entry_before_colon(match: re.Match[str]) -> str:
+    """``structure bvh:`` is ``BVH:``."""
+    return f"{names().entries.get(match[1], match[1])}:"
+
+
+def _setting_and_value(match: re.Match[str]) -> str:
+    """``storage=pointer`` is ``Storage Pointer``."""
+    key, value = match.groups()
+    if key not in names().settings:
+        return match[0]
+    return f"{names().settings[key]} {names().choices.get(value, value)}"
+
+
+def _quoted_setting(match: re.Match[str]) -> str:
+    """``'up'`` is ``Up``."""
+    return names().settings.get(match[1], match[0])
+
+
+def _word(match: re.Match[str]) -> str:
+    """``max_depth`` is ``Max Depth``, ``sbvh`` is ``SBVH``; words of the language stay."""
+    word, known = match[0], names()
+    if "_" in word:
+        return next((of[word] for of in known if word in of), word)
+    if word in ABBREVIATIONS:
+        return known.entries[word]
+    acronym = known.choices.get(word, "")
+    return acronym if acronym.isupper() else word
