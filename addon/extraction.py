@@ -7,6 +7,7 @@ objects in ``depsgraph.object_instances``.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +17,19 @@ import bpy
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.evaluation.environment import set_blender_version
 from ..core.memory import refuse_if_too_large
-from ..core.scene import Camera, Scene
+from ..core.scene import Scene
+from .cameras import camera_of
 from .fingerprint import hash_of
+from .lights import lights_of
+from .mesh_check import (
+    invalid_meshes_emptied,
+    refuse_if_evaluated,
+    refuse_invalid_mesh,
+    refuse_invalid_meshes,
+)
+from .remarks import remarks_of
 from .standard_streams import standard_output_kept_clean
 
 VISIBLE = "visible"
@@ -87,7 +98,7 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
     Raises
     ------
     InputError
-        When there is none with faces.
+        When there is none with faces, or one is invalid.
     """
     parts = []
     known: dict[int, LocalMesh] = {}
@@ -134,6 +145,7 @@ def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
     # otherwise shares them without a copy.
     mesh = obj.to_mesh()
     try:
+        refuse_invalid_mesh(mesh, obj.original.name)
         positions = np.empty((len(mesh.vertices), 3), dtype=np.float32)
         mesh.vertices.foreach_get("co", positions.ravel())
         # Not Blender's own triangles: those of files are cut in the same way as these.
@@ -179,8 +191,10 @@ def extract(context: bpy.types.Context, scope: str) -> Scene:
     Raises
     ------
     InputError
-        When there is no triangle that a ray could hit, or too many for the memory.
+        When there is no triangle that a ray could hit, or too many for the memory, or a mesh is
+        invalid.
     """
+    refuse_invalid_meshes(context.view_layer)
     return scene_of(context, collect(context.evaluated_depsgraph_get(), scope))
 
 
@@ -206,56 +220,20 @@ def scene_of(context: bpy.types.Context, parts: list[Part]) -> Scene:
         triangles[first : first + count] = world[part.mesh.corners]
         first += count
     path = bpy.data.filepath
-    return Scene.from_triangles(
+    scene = Scene.from_triangles(
         triangles,
         Path(path).stem if path else context.scene.name,
         path or "unsaved Blender file",
         object_ids=np.repeat(np.arange(len(parts), dtype=np.int32), counts),
         object_names=tuple(part.name for part in parts),
-        camera=camera_of(context),
-        lights=lights_of(context),
     )
+    return with_view(scene, context)
 
 
-def camera_of(context: bpy.types.Context) -> Camera | None:
-    """Return the scene's camera; None if it has none or one that is not a pinhole camera."""
-    if context.scene.camera is None or context.scene.camera.type != "CAMERA":
-        return None
-    camera = context.scene.camera.evaluated_get(context.evaluated_depsgraph_get())
-    if camera.data.type != "PERSP":
-        return None
-    matrix = np.array(camera.matrix_world, dtype=np.float64)
-    forward, up = -matrix[:3, 2], matrix[:3, 1]
-    length = np.linalg.norm(forward)
-    if not length > 0.0 or not np.isfinite(matrix).all():
-        return None
-    position = matrix[:3, 3]
-    fov = _full_angle(camera.data, context.scene.render)
-    return Camera(position, position + forward / length, up / np.linalg.norm(up), fov)
-
-
-def _full_angle(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> float:
-    """Return the angle of view of the picture's larger side, in degrees."""
-    width = render.resolution_x * render.pixel_aspect_x
-    height = render.resolution_y * render.pixel_aspect_y
-    sensor = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
-    half = 0.5 * sensor / camera.lens
-    # The sensor's side lies along the larger side of the picture, unless the fit says otherwise.
-    if camera.sensor_fit == "HORIZONTAL" and height > width:
-        half *= height / width
-    elif camera.sensor_fit == "VERTICAL" and width > height:
-        half *= width / height
-    return float(np.degrees(2.0 * np.arctan(half)))
-
-
-def lights_of(context: bpy.types.Context) -> np.ndarray:
-    """Return the positions of all visible point lights, (m, 3) float64."""
-    positions = [
-        tuple(instance.matrix_world.translation)
-        for instance in context.evaluated_depsgraph_get().object_instances
-        if instance.object.type == "LIGHT" and instance.object.data.type == "POINT"
-    ]
-    return np.array(positions, dtype=np.float64).reshape(-1, 3)
+def with_view(scene: Scene, context: bpy.types.Context) -> Scene:
+    """Return a scene with the camera and lights as they are now, and what is to be said of them."""
+    seen = dataclasses.replace(scene, camera=camera_of(context), lights=lights_of(context))
+    return dataclasses.replace(seen, notes=remarks_of(context, seen))
 
 
 # ------------------------------------------------------------------------------ a file by its path
@@ -267,16 +245,19 @@ def load_blend(path: str | Path) -> Scene:
     Raises
     ------
     InputError
-        When the file is missing or unreadable, or has nothing that a ray could hit.
+        When the file is missing or unreadable, a mesh of it is invalid, or it has nothing that a
+        ray could hit.
     """
+    set_blender_version(bpy.app.version_string)
     path = Path(path).expanduser()
     if not path.is_file():
         raise InputError(f"there is no file {path}")
     try:
         # No scripts: a file to be measured is not trusted to run anything.
-        with standard_output_kept_clean():
+        with standard_output_kept_clean(), invalid_meshes_emptied() as faults:
             bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
     except RuntimeError as error:
         reason = " ".join(str(error).split()).removeprefix("Error: ")
         raise InputError(f"{path} cannot be read: {reason}") from None
+    refuse_if_evaluated(bpy.context.evaluated_depsgraph_get(), faults)
     return extract(bpy.context, VISIBLE)

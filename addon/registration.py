@@ -11,6 +11,7 @@ from typing import Any
 
 import bpy
 
+from ..core.evaluation.environment import set_blender_version
 from ..core.kernels import set_cache_root
 from ..core.scene import Scene
 from . import jobs, properties, session
@@ -29,6 +30,7 @@ _commands: list[Any] = []
 def register() -> None:
     """Add classes, properties, handlers and the command to Blender."""
     _choose_kernel_cache()
+    set_blender_version(bpy.app.version_string)
     for floor in UPPER_FLOORS:
         for module in _modules_of(f"{BASE_PACKAGE}.{floor}"):
             for cls in getattr(module, "CLASSES", ()):

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ..core.scene import Camera, Scene
+from ..core.scene import POINT, Camera, Scene
 
 
 def add_scene(context: bpy.types.Context, scene: Scene, label: str) -> bpy.types.Collection:
@@ -29,7 +29,7 @@ def add_scene(context: bpy.types.Context, scene: Scene, label: str) -> bpy.types
         context.view_layer.objects.active = obj
     if scene.camera:
         context.scene.camera = _add_camera(collection, scene.camera, scene.diagonal, label)
-    for position in scene.lights:
+    for position in (light.position for light in scene.lights if light.kind == POINT):
         light = bpy.data.objects.new(f"{label} Light", bpy.data.lights.new(label, "POINT"))
         # Watts that light a surface at the scene's distance about as the default lamp does.
         light.data.energy = 30.0 * max(scene.diagonal, float(np.linalg.norm(position))) ** 2

@@ -282,6 +282,10 @@ class Session:
             return f"{self.built.structure.label} was built"
         return "" if settings == self.built.structure.settings else "the settings were changed"
 
+    def notes(self) -> tuple[str, ...]:
+        """Return what the file has and the scene that was built over has not, in sentences."""
+        return self.snapshot.scene.notes if self.snapshot else ()
+
     def has_links(self) -> bool:
         """Say whether the structure links leaves to their neighbours."""
         return self.built is not None and self.built.structure.has_links
@@ -311,11 +315,7 @@ class Session:
         """
         assert self.built is not None
         structure = copy.copy(self.built.structure)
-        structure.scene = dataclasses.replace(
-            structure.scene,
-            camera=extraction.camera_of(context),
-            lights=extraction.lights_of(context),
-        )
+        structure.scene = extraction.with_view(structure.scene, context)
         return dataclasses.replace(self.built, structure=structure)
 
 

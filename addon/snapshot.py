@@ -20,6 +20,7 @@ from ..core.scene import Scene
 from . import extraction
 from .extraction import Found, Key, Part
 from .fingerprint import Digest, MeshHash, bytes_of_matrix, fingerprint, movement
+from .mesh_check import refuse_invalid_meshes
 
 Place = tuple[Key, int]
 """A mesh in scope: what it comes from, and the how manyth that Blender lists of it."""
@@ -229,8 +230,9 @@ class Snapshot(NamedTuple):
         Raises
         ------
         InputError
-            When there is nothing to build over.
+            When there is nothing to build over, or a mesh is invalid.
         """
+        refuse_invalid_meshes(context.view_layer)
         parts = extraction.collect(context.evaluated_depsgraph_get(), scope)
         return cls(extraction.scene_of(context, parts), Look.at(context, scope, parts))
 

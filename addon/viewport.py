@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ..core.evaluation.view import MARGIN, Slopes, standpoint
+from ..core.evaluation.picture_cameras import MARGIN, Slopes, standpoint
 
 SENSOR = 36.0
 """Tangent between the middle and the border of a viewport's larger side, times its lens."""

@@ -2,29 +2,129 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from .errors import InputError
 
+PERSPECTIVE = "perspective"
+ORTHOGRAPHIC = "orthographic"
+
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera.
+    """A camera: what the rays of a picture start from.
 
     Attributes
     ----------
     position, target, up : (3,) float64
         Where it stands, what it looks at, which way is up; in scene units.
     fov : float
-        Full angle of view in degrees, of the larger side of the picture.
+        Full angle of view in degrees, of the side of the picture that `fit` names; perspective
+        cameras only.
+    kind : str
+        PERSPECTIVE, ORTHOGRAPHIC, or in words what else it is: no rays are made of such a camera.
+    scale : float
+        What that side spans in scene units; orthographic cameras only.
+    fit : {"larger", "width", "height"}
+        The side of the picture that `fov` or `scale` is that of.
+    shift : (float, float)
+        How far the middle of the picture lies to the right of the view direction and above it, in
+        lengths of that side.
+    pixel_aspect : float
+        Width of a pixel over its height.
+    right : (3,) float64 or None
+        Where the rows of the picture run, and `up` where its columns do, exactly; they need not be
+        at right angles, and a picture may be mirrored. None makes a picture of the usual kind.
+    name : str
+        What its source calls it.
     """
 
     position: np.ndarray
     target: np.ndarray
     up: np.ndarray
     fov: float
+    kind: str = PERSPECTIVE
+    scale: float = 1.0
+    fit: str = "larger"
+    shift: tuple[float, float] = (0.0, 0.0)
+    pixel_aspect: float = 1.0
+    right: np.ndarray | None = None
+    name: str = ""
+
+    @property
+    def has_rays(self) -> bool:
+        """Whether rays can be made of a camera of this kind."""
+        return self.kind in (PERSPECTIVE, ORTHOGRAPHIC)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return everything that says which rays it gives, as JSON takes it."""
+        extent = {"fov": self.fov} if self.kind == PERSPECTIVE else {"scale": self.scale}
+        return {
+            "name": self.name,
+            "kind": self.kind,
+            "position": np.asarray(self.position, float).tolist(),
+            "target": np.asarray(self.target, float).tolist(),
+            "up": np.asarray(self.up, float).tolist(),
+            "right": None if self.right is None else np.asarray(self.right, float).tolist(),
+            **extent,
+            "fit": self.fit,
+            "shift": list(self.shift),
+            "pixel_aspect": self.pixel_aspect,
+        }
+
+
+POINT = "point"
+SUN = "sun"
+SPOT = "spot"
+AREA = "area"
+LIGHT_KINDS = (POINT, SUN, SPOT, AREA)
+
+
+@dataclass(frozen=True)
+class Light:
+    """A light, as far as shadow rays have to know it.
+
+    Attributes
+    ----------
+    kind : {"point", "sun", "spot", "area"}
+        A sun is infinitely far away; of an area light only its centre is known, where one shadow
+        ray per hit goes to.
+    position : (3,) float64
+        Of all but a sun.
+    direction : (3,) float64
+        Where the light goes, a unit vector; of all but a point light.
+    angle : float
+        Full angle of the cone outside of which it is dark, in degrees: 360 of a point light, 180
+        of an area light, which shines to its front.
+    name : str
+        What its source calls it.
+    """
+
+    kind: str
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    direction: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, -1.0]))
+    angle: float = 360.0
+    name: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what shadow rays know of it, as JSON takes it."""
+        values: dict[str, Any] = {"name": self.name, "kind": self.kind}
+        if self.kind != SUN:
+            values["position"] = np.asarray(self.position, float).tolist()
+        if self.kind != POINT:
+            values["direction"] = np.asarray(self.direction, float).tolist()
+        if self.kind == SPOT:
+            values["angle"] = self.angle
+        return values
+
+
+def point_lights(*positions: Sequence[float]) -> tuple[Light, ...]:
+    """Return point lights at positions."""
+    return tuple(Light(POINT, np.array(position, dtype=np.float64)) for position in positions)
 
 
 @dataclass(frozen=True)
@@ -51,8 +151,7 @@ class Scene:
         The box around all triangles.
     camera : Camera or None
         The scene's own camera, if it has one.
-    lights : (m, 3) float64
-        Positions of point lights.
+    lights : tuple of Light
     notes : tuple of str
         What the source has and was not read, or was read otherwise than it says; one sentence each,
         without a full stop. They are said once and stand in the record.
@@ -68,7 +167,7 @@ class Scene:
     lower: np.ndarray
     upper: np.ndarray
     camera: Camera | None = None
-    lights: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    lights: tuple[Light, ...] = ()
     notes: tuple[str, ...] = ()
 
     @classmethod
@@ -81,7 +180,7 @@ class Scene:
         object_ids: np.ndarray | None = None,
         object_names: tuple[str, ...] = (),
         camera: Camera | None = None,
-        lights: np.ndarray | None = None,
+        lights: Sequence[Light] = (),
         notes: tuple[str, ...] = (),
     ) -> Scene:
         """Check, clean and wrap triangles.
@@ -120,8 +219,7 @@ class Scene:
         _refuse_if_all_degenerate(triangles, lower, upper, name)
         return cls(
             name, source or name, triangles, kept, dropped, object_ids, tuple(object_names),
-            lower, upper, camera, np.zeros((0, 3)) if lights is None else np.asarray(lights, float),
-            tuple(notes),
+            lower, upper, camera, tuple(lights), tuple(notes),
         )  # fmt: skip
 
     def __len__(self) -> int:

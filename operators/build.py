@@ -63,7 +63,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
         )
         if dropped := result.snapshot.scene.dropped:
             text += f"; {dropped} triangles that are not finite were left out"
-        return text
+        return "; ".join([text, *result.snapshot.scene.notes])
 
     def give_up(self) -> None:
         session.current.watch()

@@ -47,6 +47,8 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
             stale = "ERROR" if session.current.built else "INFO"
             icon = "CHECKMARK" if status.up_to_date else stale
             draw_wrapped(layout, status.text, icon, width)
+            for sentence in session.current.notes():
+                draw_wrapped(layout, sentence[:1].upper() + sentence[1:], "INFO", width)
         layout.operator_menu_enum("accelscope.add_sample_scene", "sample", icon="MESH_MONKEY")
 
 

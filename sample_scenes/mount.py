@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.scene import Camera, Scene
+from ..core.scene import Camera, Scene, point_lights
 from ..core.settings import setting
 from .icosphere import icosphere, icosphere_triangle_count
 from .sample import Sample
@@ -73,7 +73,7 @@ def generate(settings: Settings) -> Scene:
         object_ids=np.repeat(np.arange(len(parts)), [len(part) for part in parts]),
         object_names=tuple(names),
         camera=camera,
-        lights=np.array([(-100.0, -100.0, 100.0)]),
+        lights=point_lights((-100.0, -100.0, 100.0)),
     )
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.scene import Camera, Scene
+from ..core.scene import Camera, Scene, point_lights
 from ..core.settings import setting
 from .sample import Sample
 
@@ -57,7 +57,7 @@ def generate(settings: Settings) -> Scene:
         up=np.array([0.0, 0.0, 1.0]),
         fov=40.0,
     )
-    lights = np.array([(10.0, -10.0, 10.0)])
+    lights = point_lights((10.0, -10.0, 10.0))
     return Scene.from_triangles(triangles, "sombrero", camera=camera, lights=lights)
 
 

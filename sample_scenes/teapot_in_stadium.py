@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.scene import Camera, Scene
+from ..core.scene import Camera, Scene, point_lights
 from ..core.settings import setting
 from .sample import Sample, load_data
 
@@ -60,7 +60,7 @@ def generate(settings: Settings) -> Scene:
         fov=45.0,
     )
     mast = pitch_length / 2.0
-    lights = np.array([(sx * mast, sy * mast, mast) for sx, sy in [(1, -1), (-1, -1)]])
+    lights = point_lights((mast, -mast, mast), (-mast, -mast, mast))
     return Scene.from_triangles(
         np.concatenate([pot, surroundings]),
         "teapot_in_stadium",

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.scene import Camera, Scene
+from ..core.scene import Camera, Scene, point_lights
 from ..core.settings import setting
 from .sample import Sample
 
@@ -57,7 +57,7 @@ def generate(settings: Settings) -> Scene:
         up=np.array([-0.816497, -0.816497, 0.816497]),
         fov=45.0,
     )
-    lights = np.array([(2.0, -18.0, -5.0)])
+    lights = point_lights((2.0, -18.0, -5.0))
     return Scene.from_triangles(triangles, "tetra", camera=camera, lights=lights)
 
 

@@ -39,6 +39,7 @@ from ..structures.line_sample import (
     sample_of,
 )
 from .efficiency_settings import EfficiencySettings
+from .environment import environment
 from .experiment import refuse_not_finite
 from .report import Record, aligned, failure, show_number
 from .timing import time_of_object, time_of_volume
@@ -115,7 +116,12 @@ class Measurement:
         """Return the part of a record that says what is measured."""
         scene = self.scene
         return {
-            "scene": {"name": scene.name, "source": scene.source, "triangles": len(scene)},
+            "scene": {
+                "name": scene.name,
+                "source": scene.source,
+                "triangles": len(scene),
+                "notes": list(scene.notes),
+            },
             "volume": kind,
             "settings": to_json(self.settings),
         }
@@ -172,6 +178,7 @@ class Measurement:
             "B_ns": B,
             "I_ns": I,
             **verdict(B, I, p),
+            "environment": environment(1),
         }
         refuse_not_finite(record)
         return record

@@ -14,9 +14,10 @@ from ..structures.bvh import BVH
 from ..structures.bvh.exhibits.volume import VIEWS, volume_efficiency
 from .efficiency import COLUMNS
 from .exhibit_pictures import REDUCTION
+from .picture_cameras import camera_around, picture_camera
 from .png import write_png
 from .report import Record, failure, write_text
-from .view import View, camera_around, picture_camera
+from .view import View
 
 
 def write_page(folder: Path, scene: Scene, records: Sequence[Record]) -> None:

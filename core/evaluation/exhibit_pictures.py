@@ -9,7 +9,8 @@ import numpy as np
 from ..outlines import corners_of
 from ..scene import Scene
 from ..structures.exhibits import Exhibit, Frame
-from .view import View, camera_around, picture_camera
+from .picture_cameras import camera_around, own_camera, picture_camera
+from .view import View
 
 MOST_FRAMES = 4
 """Frames on the page of an exhibit that names none: first, last, even steps between."""
@@ -37,7 +38,7 @@ class ExhibitPainter:
         self.scene = scene
         self.corners = corners_of(np.concatenate([scene.lower, scene.upper])[None])[0]
         camera = picture_camera(scene)
-        if scene.camera is None:
+        if own_camera(scene) is None:
             camera = camera_around(camera, self.corners)
         self.usual = View(scene, camera, REDUCTION)
 

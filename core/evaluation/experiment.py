@@ -1,7 +1,9 @@
 """An experiment: scene x structure x workload, and the record that comes of it.
 
 The record is the one place figures come from: the panel, the table, CSV, JSON and the HTML page all
-show records. Its form is ``accelscope/1``; times are wall-clock seconds.
+show records. Its form is ``accelscope/1``; times are wall-clock seconds. Beside the figures it says
+what they are of: the lights of the scene (``scene.lights``), the camera that the rays start from
+(``rays.camera``), versions and machine (``environment``).
 """
 
 from __future__ import annotations
@@ -18,10 +20,12 @@ import numpy as np
 from ..errors import InputError
 from ..geometry.rays import ALL, Rays
 from ..kernels import announcing
+from ..parallel import core_count
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import to_json
 from ..structures.contract import Counters, Hits, Structure
+from .environment import environment
 from .workloads import Workload
 
 SCHEMA = "accelscope/1"
@@ -37,7 +41,7 @@ class Built:
 
 @dataclass(frozen=True)
 class Traced:
-    """A traced workload: what it was, its rays, what they hit, what it cost."""
+    """A traced workload: what it was, its rays, what they hit, what it cost on some threads."""
 
     workload: type[Workload]
     settings: Any
@@ -45,6 +49,7 @@ class Traced:
     hits: Hits
     counters: Counters
     seconds: float
+    threads: int
 
 
 def build(
@@ -117,7 +122,8 @@ def trace_rays(
     """Trace rays that a workload has made already, to use them for several structures."""
     start = time.perf_counter()
     hits, counters = built.structure.trace(rays, threads=threads, progress=progress)
-    return Traced(workload, settings, rays, hits, counters, time.perf_counter() - start)
+    seconds = time.perf_counter() - start
+    return Traced(workload, settings, rays, hits, counters, seconds, threads or core_count())
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
@@ -129,6 +135,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
         "dropped_triangles": scene.dropped,
         "bounds": [scene.lower.tolist(), scene.upper.tolist()],
         "notes": list(scene.notes),
+        "lights": [light.to_json() for light in scene.lights],
     }
 
 
@@ -154,6 +161,7 @@ def make_failed_record(
         "scene": {"name": Path(scene).stem, "source": scene} if unread else describe_scene(scene),
         "structure": {"name": structure_type.name, "settings": to_json(settings)},
         "rays": {"name": workload.name, "settings": to_json(workload_settings)},
+        "environment": environment(None),
         "error": reason,
     }
 
@@ -178,6 +186,7 @@ def make_record(built: Built, traced: Traced | None) -> dict[str, Any]:
         "structure": {"name": structure.name, "settings": to_json(structure.settings)},
         "build": {"seconds": built.seconds, "bytes": structure.memory()},
         "statistics": structure.statistics().to_json(),
+        "environment": environment(traced.threads if traced else None),
     }
     if traced is None:
         return record
@@ -189,6 +198,7 @@ def make_record(built: Built, traced: Traced | None) -> dict[str, Any]:
         "settings": to_json(traced.settings),
         "count": len(traced.rays),
         "classes": dict(zip(traced.rays.class_names, classes.tolist(), strict=True)),
+        **traced.workload.used(structure.scene, traced.settings),
     }
     record["trace"] = {
         "seconds": traced.seconds,

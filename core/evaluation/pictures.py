@@ -181,7 +181,7 @@ def picture_of_leaves(view: View, cells: Cells) -> tuple[str, np.ndarray]:
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     centres = 0.5 * (cells.boxes[owners, :3] + cells.boxes[owners, 3:])
     outwards = ((middle - centres) * normals).sum(axis=1)
-    towards_eye = ((view.camera.position - middle) * normals).sum(axis=1)
+    towards_eye = (view.towards_eye(middle) * normals).sum(axis=1)
     front = triangles[(outwards > 0) == (towards_eye > 0)]
     image = faces_over(view, cells, front, np.array(EMPTY_TINT), TINT_COVER)
     return f"{caption} empty", edges_over(view, cells, leaves, image)

@@ -43,8 +43,8 @@ def write_json(path: str | Path, records: Sequence[Record]) -> None:
 def write_csv(path: str | Path, records: Sequence[Record]) -> None:
     """Write records as CSV, one row each: nested names joined by dots, lists by spaces.
 
-    Texts that a spreadsheet would take for a formula get an apostrophe in front, as one would type
-    it there.
+    A list of mappings, such as that of the lights, is numbered: ``scene.lights.0.kind``. Texts that
+    a spreadsheet would take for a formula get an apostrophe in front, as one would type it there.
     """
     rows = [
         {name: no_formula(value) for name, value in flatten(record).items()} for record in records
@@ -84,6 +84,8 @@ def flatten(record: Record, prefix: str = "") -> dict[str, Any]:
     """
     flat: dict[str, Any] = {}
     for name, value in record.items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            value = {str(number): entry for number, entry in enumerate(value)}
         if isinstance(value, dict):
             flat |= flatten(value, f"{prefix}{name}.")
         elif isinstance(value, list) and value and isinstance(value[0], str):

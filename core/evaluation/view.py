@@ -6,16 +6,15 @@ are crisp in front of the mesh and faint behind it; faces are seen in front of i
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
 
-from ..scene import Camera, Scene
+from ..scene import ORTHOGRAPHIC, Camera, Scene
 from ..structures.bvh import BVH
-from .workloads import CameraSettings, camera_axes, camera_of, camera_rays
+from .cameras import camera_axes, camera_rays, window_of
+from .picture_cameras import HEIGHT, WIDTH, picture_camera
 
-WIDTH, HEIGHT = 960, 720
 SUPERSAMPLING = 2
 BACKGROUND = np.array([0.965, 0.965, 0.955])
 SURFACE = np.array([0.80, 0.80, 0.79])
@@ -27,71 +26,6 @@ MIDDLE = 0.2, 0.8
 
 PIXELS_AT_ONCE = 1 << 21
 """Pixels of faces that are worked on at once: as much as stays in the cache."""
-
-
-Slopes = tuple[tuple[float, float], tuple[float, float]]
-
-MARGIN = 0.94
-"""Share of the picture that what it frames takes at most."""
-
-
-def picture_camera(scene: Scene) -> Camera:
-    """Return the scene's own camera, or one that frames the scene; both fill the lower side.
-
-    Own cameras often belong to square pictures: their angle of view is that of the height here,
-    so that nothing they show is cut off.
-    """
-    settings = CameraSettings(width=WIDTH, height=HEIGHT)
-    if scene.camera is None:
-        return camera_of(scene, settings)
-    half = np.arctan(np.tan(np.radians(scene.camera.fov) / 2) * WIDTH / HEIGHT)
-    return camera_of(scene, dataclasses.replace(settings, fov=float(np.degrees(2 * half))))
-
-
-def camera_around(camera: Camera, points: np.ndarray) -> Camera:
-    """Return a camera that looks the same way, from where it just sees all points.
-
-    Parameters
-    ----------
-    camera : Camera
-        Of a picture as wide as WIDTH by HEIGHT.
-    points : (n, 3) float64
-        At least one.
-    """
-    forward, right, up = camera_axes(camera)
-    axes = np.stack([right, up, forward])
-    wide = MARGIN * np.tan(np.radians(camera.fov) / 2)
-    high = wide * HEIGHT / WIDTH
-    position = standpoint(points @ axes.T, ((wide, wide), (high, high))) @ axes
-    ahead = float(np.abs(position).max()) or 1.0  # a single unit may be nothing beside them
-    return dataclasses.replace(camera, position=position, target=position + ahead * forward)
-
-
-def standpoint(points: np.ndarray, slopes: Slopes) -> np.ndarray:
-    """Return the place nearest to points from which all of them are seen, (3,).
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-        To the right, up and forward, as the camera looks; at least one.
-    slopes : ((left, right), (down, up))
-        How far one sees to each side, per distance forward.
-    """
-    depth = points[:, 2]
-    extent = float(np.ptp(points, axis=0).max()) or 1.0
-    back = float(depth.min()) - 1e-3 * extent  # all points lie ahead, whatever follows
-    bounds = []
-    for along, (low, high) in zip(points.T[:2], slopes, strict=True):
-        # A point x at depth z is seen from x0 at depth z0 if x - x0 <= high (z - z0) and
-        # x0 - x <= low (z - z0): x0 is at least `least` + high z0 and at most `most` - low z0.
-        least, most = float((along - high * depth).max()), float((along + low * depth).min())
-        bounds.append((least, most))
-        back = min(back, (most - least) / (low + high))
-    middles = [
-        (least + high * back + most - low * back) / 2.0
-        for (least, most), (low, high) in zip(bounds, slopes, strict=True)
-    ]
-    return np.array([*middles, back])
 
 
 class View:
@@ -139,14 +73,41 @@ class View:
         # Camera rays have component 1 along the view direction, so t is the depth.
         self.depth = hits.t.reshape(self.height, self.width)
         self.axes = right, up, forward
-        self._scale = max(self.width, self.height) / 2 / np.tan(np.radians(self.camera.fov) / 2)
+        window = window_of(self.camera, self.width, self.height)
+        # Pixels per unit of the window, and where in the picture the camera looks to.
+        self._scale = self.width / 2 / window.half_width
+        self._column = self.width / 2 - self._scale * window.x
+        self._row = self.height / 2 + self._scale * window.y
+        self._is_flat = self.camera.kind == ORTHOGRAPHIC
 
     def sees(self, points: np.ndarray) -> bool:
         """Say whether all points (n, 3) lie within the picture."""
         relative = points - self.camera.position
         x, y, z = (relative @ axis for axis in self.axes)
-        across, above = self._scale * np.abs(x) / z, self._scale * np.abs(y) / z
-        return bool(((z > 0) & (across <= self.width / 2) & (above <= self.height / 2)).all())
+        column, row = self._pixels(x, y, z)
+        within = (column >= 0) & (column <= self.width) & (row >= 0) & (row <= self.height)
+        return bool(((z > 0) & within).all())
+
+    def towards_eye(self, points: np.ndarray) -> np.ndarray:
+        """Return vectors from points (n, 3) to where they are seen from."""
+        if self._is_flat:
+            return np.broadcast_to(-self.axes[2], points.shape)
+        return self.camera.position - points
+
+    def _pixels(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return column and row where points to the right, up and forward are seen."""
+        nearness = 1.0 if self._is_flat else 1.0 / z
+        return (
+            self._column + self._scale * x * nearness,
+            self._row - self._scale * y * nearness,
+        )
+
+    def _linear(self, depth: np.ndarray) -> np.ndarray:
+        """Return what is linear in the picture along lines in space, and the depth of that again.
+
+        It is 1 / depth in perspective, and the depth itself in an orthographic picture.
+        """
+        return depth if self._is_flat else 1.0 / depth
 
     def points(self, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
         """Return what is seen of the mesh at the nodes of a grid over the middle of the picture.
@@ -163,10 +124,11 @@ class View:
         hit = np.isfinite(depth)
         row, column, depth = row[hit], column[hit], depth[hit, None]
         right, up, forward = self.axes
-        across = (column + 0.5 - self.width / 2)[:, None] / self._scale
-        above = (self.height / 2 - row - 0.5)[:, None] / self._scale
-        points = self.camera.position + depth * (forward + across * right + above * up)
-        return points, depth[:, 0] * self.width / self._scale
+        across = (column + 0.5 - self._column)[:, None] / self._scale
+        above = (self._row - row - 0.5)[:, None] / self._scale
+        away = np.ones_like(depth) if self._is_flat else depth
+        points = self.camera.position + depth * forward + away * (across * right + above * up)
+        return points, away[:, 0] * self.width / self._scale
 
     def with_lines(
         self,
@@ -251,20 +213,20 @@ class View:
         self, triangles: np.ndarray
     ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Yield number, depth and triangle of the finished picture's pixels under triangles."""
-        x, y, inverse, number = self._projected(triangles)
+        x, y, linear, number = self._projected(triangles)
         # Rows whose middle lies in the triangle.
         first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, self.rows).astype(np.int64)
         last = np.clip(np.ceil(y.max(axis=1) - 0.5), 0, self.rows).astype(np.int64)
         owner, row = _ranges(first, np.maximum(last, first))
         middle = row + 0.5
-        left = np.full((2, len(row)), np.inf)  # column, and inverse depth there
+        left = np.full((2, len(row)), np.inf)  # column, and what is linear of the depth there
         right = np.full((2, len(row)), -np.inf)
         for a, b in ((0, 1), (1, 2), (2, 0)):
             ya, yb = y[owner, a], y[owner, b]
             crossed = (ya <= middle) != (yb <= middle)
             share = (middle - ya) / np.where(crossed, yb - ya, 1.0)
             point = np.stack(
-                [v[owner, a] + share * (v[owner, b] - v[owner, a]) for v in (x, inverse)]
+                [v[owner, a] + share * (v[owner, b] - v[owner, a]) for v in (x, linear)]
             )
             left = np.where(crossed & (point[0] < left[0]), point, left)
             right = np.where(crossed & (point[0] > right[0]), point, right)
@@ -279,7 +241,7 @@ class View:
             span, column = _ranges(begin[chosen], end[chosen])
             span = chosen[span]
             there = left[1, span] + slope[span] * (column + 0.5 - left[0, span])
-            yield row[span] * self.columns + column, 1.0 / there, number[owner[span]]
+            yield row[span] * self.columns + column, self._linear(there), number[owner[span]]
 
     def _projected(
         self, triangles: np.ndarray
@@ -288,8 +250,8 @@ class View:
 
         Returns
         -------
-        x, y, inverse : (m, 3) float64
-            Place of each corner in pixels, and 1 / depth, which is linear in the picture.
+        x, y, linear : (m, 3) float64
+            Place of each corner in pixels, and what is linear of its depth.
         number : (m,) int64
             The triangle that each of them is a part of.
         """
@@ -313,8 +275,8 @@ class View:
         )
         number = np.concatenate([number[in_front == n] for n in (3, 1, 2, 2)])
         x, y, z = np.moveaxis(parts, -1, 0)
-        scale = self._scale / SUPERSAMPLING
-        return self.columns / 2 + scale * x / z, self.rows / 2 - scale * y / z, 1.0 / z, number
+        column, row = self._pixels(x, y, z)
+        return column / SUPERSAMPLING, row / SUPERSAMPLING, self._linear(z), number
 
     def _sample(
         self, segments: np.ndarray, width: int
@@ -332,7 +294,7 @@ class View:
                 values[outside, end] = crossing[outside]
         number = np.flatnonzero(z.max(axis=1) > near)
         x, y, z = x[number], y[number], np.maximum(z[number], near)
-        px, py = self.width / 2 + self._scale * x / z, self.height / 2 - self._scale * y / z
+        px, py = self._pixels(x, y, z)
         # One sample per pixel and segment, at most across the whole picture.
         length = np.maximum(np.abs(np.diff(px)), np.abs(np.diff(py)))[:, 0]
         steps = np.clip(np.ceil(length), 1, 4 * self.width).astype(np.int64) + 1
@@ -341,8 +303,8 @@ class View:
         s = (np.arange(len(edge)) - begin[edge]) / (steps[edge] - 1)
         column = np.floor(px[edge, 0] + s * (px[edge, 1] - px[edge, 0]))
         row = np.floor(py[edge, 0] + s * (py[edge, 1] - py[edge, 0]))
-        inverse = 1 / z  # linear in the picture, as depth is not
-        depth = 1 / (inverse[edge, 0] + s * (inverse[edge, 1] - inverse[edge, 0]))
+        linear = self._linear(z)
+        depth = self._linear(linear[edge, 0] + s * (linear[edge, 1] - linear[edge, 0]))
         # As many subpixels as make the width in the finished picture, around the line.
         size = width * SUPERSAMPLING
         offset = np.arange(size) - (size - 1) // 2

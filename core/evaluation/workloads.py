@@ -5,6 +5,7 @@ A workload is a class with ``Settings`` and ``make(scene, settings) -> Rays``; W
 
 from __future__ import annotations
 
+import dataclasses
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,10 +14,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..errors import InputError
-from ..geometry.rays import ANY, CLOSEST, Rays
+from ..geometry.rays import Rays
 from ..memory import refuse_if_too_large
-from ..scene import Camera, Scene
+from ..scene import ORTHOGRAPHIC, Camera, Scene
 from ..settings import setting
+from .cameras import camera_rays, framing_camera
+from .shadow_rays import with_shadow_rays
 
 BYTES_PER_RAY = 520  # ray, hit, counters, and the temporaries of making them
 
@@ -52,6 +55,11 @@ class Workload(ABC):
             When the settings do not fit the scene.
         """
 
+    @staticmethod
+    def used(scene: Scene, settings: Any) -> dict[str, Any]:
+        """Return what of the scene the rays start from, as JSON takes it, for the record."""
+        return {}
+
 
 # --------------------------------------------------------------------------------------- camera
 
@@ -65,7 +73,7 @@ def vector(label: str, description: str) -> Any:
 
 @dataclass(frozen=True)
 class CameraSettings:
-    """Settings of the pinhole camera."""
+    """Settings of the camera."""
 
     from_: tuple[float, float, float] = vector(
         "From",
@@ -99,16 +107,20 @@ class CameraSettings:
     shadows: bool = setting(
         False,
         "Shadow Rays",
-        "From every hit, one ray to each point light that its face is turned to",
+        "From every hit, one ray to each light that shines on its face: point, sun, spot, area",
     )
 
 
 class CameraWorkload(Workload):
-    """Primary rays of a pinhole camera, row by row from the top left; shadow rays if wanted."""
+    """Primary rays of a camera, row by row from the top left; shadow rays if wanted.
+
+    The camera is that of the settings `from` and `at`, or the scene's own, perspective or
+    orthographic, or, where there is none, one that frames the scene.
+    """
 
     name = "camera"
     label = "Camera"
-    summary = "One ray per pixel from a pinhole camera, and shadow rays if wanted"
+    summary = "One ray per pixel of a camera, and shadow rays if wanted"
     Settings = CameraSettings
 
     @staticmethod
@@ -130,116 +142,47 @@ class CameraWorkload(Workload):
         )
         return with_shadow_rays(scene, primary) if settings.shadows else primary
 
+    @staticmethod
+    def used(scene: Scene, settings: CameraSettings) -> dict[str, Any]:
+        """Return the camera, and where it comes from."""
+        camera = camera_of(scene, settings).to_json()
+        return {"camera": {"source": source_of_camera(scene, settings), **camera}}
+
+
+def source_of_camera(scene: Scene, settings: CameraSettings) -> str:
+    """Say where the camera comes from: "settings", "scene" or "framing"."""
+    if settings.from_ != settings.at:
+        return "settings"
+    return "framing" if scene.camera is None else "scene"
+
 
 def camera_of(scene: Scene, settings: CameraSettings) -> Camera:
-    """Return the camera that the settings describe, or the scene's own, or one that frames it."""
-    unset = (0.0, 0.0, 0.0)
-    if settings.from_ != settings.at:
+    """Return the camera that the settings describe, or the scene's own, or one that frames it.
+
+    Raises
+    ------
+    InputError
+        If the settings do not fit each other, or the scene's own camera.
+    """
+    source = source_of_camera(scene, settings)
+    if source == "settings":
         camera = Camera(
             np.array(settings.from_), np.array(settings.at), np.array([0.0, 0.0, 1.0]), 45.0
         )
+    elif scene.camera is None:
+        camera = framing_camera(scene, settings.width / settings.height)
     else:
-        camera = scene.camera or framing_camera(scene, settings.width / settings.height)
-    up = camera.up if settings.up == unset else np.array(settings.up)
-    return Camera(camera.position, camera.target, up, settings.fov or camera.fov)
-
-
-def framing_camera(scene: Scene, aspect: float, fov: float = 45.0) -> Camera:
-    """Return a camera that looks down on the whole scene from the front right.
-
-    Parameters
-    ----------
-    aspect : float
-        Width of the picture over its height.
-    """
-    centre = 0.5 * (scene.lower + scene.upper)
-    direction = np.array([0.55, -0.75, 0.42])
-    direction /= np.linalg.norm(direction)
-    # The bounding sphere fills the smaller side.
-    half = np.arctan(np.tan(np.radians(fov) / 2) * min(aspect, 1 / aspect))
-    distance = 0.5 * scene.diagonal / np.sin(half)
-    return Camera(centre + direction * distance, centre, np.array([0.0, 0.0, 1.0]), fov)
-
-
-def camera_axes(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the unit vectors forward, right and up of a camera, each (3,).
-
-    Raises
-    ------
-    InputError
-        If it looks along its own up direction, or at its own position.
-    """
-    forward = np.asarray(camera.target, float) - camera.position
-    length = np.linalg.norm(forward)
-    right = np.cross(forward, camera.up)
-    if not length > 0.0 or not np.linalg.norm(right) > 1e-9 * length * np.linalg.norm(camera.up):
-        raise InputError("the camera looks along its up direction; choose another 'up'")
-    forward = forward / length
-    right = right / np.linalg.norm(right)
-    return forward, right, np.cross(right, forward)
-
-
-def camera_rays(camera: Camera, width: int, height: int, corner: bool = False) -> Rays:
-    """Return primary rays, (width * height), row by row from the top left.
-
-    With `corner`, n rays in a row lie at x = -1 + 2 i / (n - 1), else at -1 + (2 i + 1) / n.
-    Directions have component 1 along the view direction.
-    """
-    forward, right, up = camera_axes(camera)
-    half = np.tan(np.radians(camera.fov) / 2)
-
-    def places(n: int) -> np.ndarray:
-        if corner and n > 1:
-            return -1.0 + 2.0 * np.arange(n) / (n - 1)
-        return -1.0 + (2.0 * np.arange(n) + 1.0) / n
-
-    larger = max(width, height)
-    x = half * width / larger * places(width)
-    y = -half * height / larger * places(height)
-    directions = forward + x[None, :, None] * right + y[:, None, None] * up
-    directions = directions.reshape(-1, 3)
-    origins = np.broadcast_to(camera.position, directions.shape)
-    return Rays.from_arrays(origins, directions, class_names=("primary", "shadow"))
-
-
-def with_shadow_rays(scene: Scene, primary: Rays) -> Rays:
-    """Return primary rays followed by their shadow rays.
-
-    A shadow ray starts at a hit and ends at the light (t_max = 1), and exists if the light is on
-    the viewer's side of the face. It starts a little off the face, so as not to hit it again.
-
-    Raises
-    ------
-    InputError
-        If the scene has no light.
-    """
-    from ..structures.bvh import BVH
-
-    if len(scene.lights) == 0:
-        raise InputError(f"{scene.name} has no point light, so there are no shadow rays")
-    hits, _ = BVH.build(scene, BVH.Settings()).trace(primary)
-    hit = np.flatnonzero(hits.primitive >= 0)
-    corners = scene.triangles[hits.primitive[hit]]
-    directions = primary.directions[hit]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    normals *= -np.sign((normals * directions).sum(1, keepdims=True))  # towards the viewer
-    points = primary.origins[hit] + hits.t[hit, None] * directions
-    points += 1e-9 * scene.diagonal * normals
-    to_light = scene.lights[None] - points[:, None]
-    lit = (to_light * normals[:, None]).sum(axis=2) > 0.0
-    origins = np.broadcast_to(points[:, None], to_light.shape)[lit]
-    if not len(origins):
-        return primary
-    count, shadows = len(primary), len(origins)
-    return Rays.from_arrays(
-        np.concatenate([primary.origins, origins]),
-        np.concatenate([primary.directions, to_light[lit]]),
-        np.concatenate([primary.t_max, np.ones(shadows)]),
-        queries=np.repeat([CLOSEST, ANY], [count, shadows]),
-        classes=np.repeat([0, 1], [count, shadows]),
-        class_names=("primary", "shadow"),
-    )
+        camera = scene.camera
+    if any(settings.up):
+        camera = dataclasses.replace(camera, up=np.array(settings.up), right=None)
+    if settings.fov:
+        if camera.kind == ORTHOGRAPHIC:
+            raise InputError(
+                f"rays camera: the scene's camera '{camera.name}' is orthographic and has no angle "
+                "of view; leave 'fov' at 0"
+            )
+        camera = dataclasses.replace(camera, fov=settings.fov, fit="larger")
+    return camera
 
 
 # --------------------------------------------------------------------------------- random lines

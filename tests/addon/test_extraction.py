@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
+from accelscope.core.evaluation.cameras import window_of
 
 CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
@@ -230,22 +231,15 @@ def test_field_of_view_is_that_of_the_larger_side(
     # Blender's own corners of the picture, one unit before the camera.
     frame = np.array(camera.data.view_frame(scene=bpy.context.scene))
     half = np.abs(frame[:, :2] / frame[:, 2:]).max()
-    fov = visible(bpy, extraction).camera.fov
-    np.testing.assert_allclose(fov, np.degrees(2 * np.arctan(half)), rtol=1e-5)
+    window = window_of(visible(bpy, extraction).camera, *size)
+    np.testing.assert_allclose(max(window[2:]), half, rtol=1e-5)
 
 
-def test_no_camera_or_no_pinhole_camera_is_none(bpy: Any, extraction: Any) -> None:
-    camera = add_camera(bpy, type="ORTHO")
-    assert visible(bpy, extraction).camera is None
+def test_no_camera_is_none(bpy: Any, extraction: Any) -> None:
+    camera = add_camera(bpy)
+    assert visible(bpy, extraction).camera is not None
     bpy.data.objects.remove(camera)
     assert visible(bpy, extraction).camera is None
-
-
-def test_point_lights_are_found(bpy: Any, extraction: Any) -> None:
-    bpy.ops.mesh.primitive_cube_add()
-    bpy.ops.object.light_add(type="POINT", location=(1, 2, 3))
-    bpy.ops.object.light_add(type="SUN", location=(4, 5, 6))
-    np.testing.assert_allclose(visible(bpy, extraction).lights, [(1, 2, 3)])
 
 
 # ----------------------------------------------------------------------------------------- files

@@ -11,6 +11,9 @@ PUBLISHED = {
          "N_EETS": 14.36, "N_IT": 10.01},
 }  # fmt: skip
 
+OURS = (49949, 46260, 5557)
+"""Primary hits, shadow rays and blocked ones; every structure and every machine finds these."""
+
 
 @pytest.mark.parametrize("n", PUBLISHED)
 def test_grid_over_tetra(evaluate, n):
@@ -30,9 +33,12 @@ def test_grid_over_tetra(evaluate, n):
         assert record["trace"][name] == pytest.approx(published[name], rel=share)
     assert record["trace"]["mailbox_hits"] == 0
     primary, shadow = record["trace"]["hits_by_class"].values()
+    rays, shadow_rays = record["rays"]["classes"].values()
+    assert rays == 513 * 513
+    # Published: 49950 hits, 46262 shadow rays, 5538 of them blocked; ours to the last ray.
+    assert (primary, shadow_rays, shadow) == OURS
     assert abs(primary - 49950) <= 2
-    assert next(iter(record["rays"]["classes"].values())) == 513 * 513
-    assert list(record["rays"]["classes"].values())[1] == pytest.approx(46262, abs=5)
+    assert abs(shadow_rays - 46262) <= 5
     assert shadow == pytest.approx(5538, rel=0.01)
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from accelscope.core.evaluation import view as view_module
-from accelscope.core.evaluation.view import HEIGHT, WIDTH, View
-from accelscope.core.evaluation.workloads import camera_axes
+from accelscope.core.evaluation.cameras import camera_axes
+from accelscope.core.evaluation.picture_cameras import HEIGHT, MARGIN, WIDTH, camera_around
+from accelscope.core.evaluation.view import View
 from accelscope.core.scene import Camera, Scene
 
 WALL = np.array([[[-9, 0, -9], [0, 0, -9], [0, 0, 9]], [[-9, 0, -9], [0, 0, 9], [-9, 0, 9]]], float)
@@ -147,7 +148,7 @@ def test_a_camera_around_points_just_sees_them():
     for _ in range(20):
         points = rng.normal(size=(40, 3)) * rng.uniform(0.01, 10, 3) + rng.normal(size=3) * 30
         looking = Camera(np.zeros(3), rng.normal(size=3), np.array([0.0, 0, 1]), 50.0)
-        camera = view_module.camera_around(looking, points)
+        camera = camera_around(looking, points)
         forward, right, up = camera_axes(camera)
         np.testing.assert_allclose(forward, camera_axes(looking)[0], atol=1e-12)
         x, y, z = ((points - camera.position) @ axis for axis in (right, up, forward))
@@ -155,15 +156,15 @@ def test_a_camera_around_points_just_sees_them():
         sides = np.array([x / z, -x / z, y / z * WIDTH / HEIGHT, -y / z * WIDTH / HEIGHT]) / half
         assert z.min() > 0
         reached = sides.max(axis=1)
-        assert reached.max() < view_module.MARGIN * (1 + 1e-9)
+        assert reached.max() < MARGIN * (1 + 1e-9)
         # Left and right are touched, or top and bottom.
         both = reached.reshape(2, 2).min(axis=1).max()
-        assert both == pytest.approx(view_module.MARGIN, rel=1e-9)
+        assert both == pytest.approx(MARGIN, rel=1e-9)
 
 
 def test_a_camera_around_one_point_looks_at_it():
     looking = Camera(np.zeros(3), np.array([1.0, 0, 0]), np.array([0.0, 0, 1]), 50.0)
-    camera = view_module.camera_around(looking, np.array([[3.0, 4, 5]]))
+    camera = camera_around(looking, np.array([[3.0, 4, 5]]))
     ahead = np.array([3.0, 4, 5]) - camera.position
     np.testing.assert_allclose(ahead / np.linalg.norm(ahead), [1, 0, 0], atol=1e-12)
 

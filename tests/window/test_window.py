@@ -113,12 +113,12 @@ def test_command_line_in_blender_finds_what_the_terminal_finds(extension_zip: Pa
 
 
 def untimed(path: Path) -> list[dict]:
-    """Return the records of a JSON file without times, and without the folder of the scene."""
+    """Return the records of a JSON file without times, machine and folder of the scene."""
     document = json.loads(path.read_text(encoding="utf-8"))
     assert document["schema"] == "accelscope/1"
     for record in document["records"]:
         record["scene"]["source"] = Path(record["scene"]["source"]).name
         del record["build"]["seconds"], record["trace"]["seconds"]
-        del record["trace"]["rays_per_second"]
+        del record["trace"]["rays_per_second"], record["environment"]
     assert len(document["records"]) >= 6
     return document["records"]
