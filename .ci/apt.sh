@@ -16,8 +16,10 @@ else
 fi
 echo "Installing with apt: $*"
 export DEBIAN_FRONTEND=noninteractive
-# The package lists of a fresh machine are empty or stale, so they are renewed first.
-log=$({ $as_root apt-get update && $as_root $command; } 2>&1) || {
+# The package lists of a fresh machine are empty or stale, so they are renewed first. One source of
+# several that cannot be reached is no reason to give up, nor is another apt at work.
+wait="-o DPkg::Lock::Timeout=300 -o Acquire::Retries=3"
+log=$({ $as_root apt-get $wait update || true; $as_root $command $wait; } 2>&1) || {
     printf '%s\n' "$log" >&2
     exit 1
 }

@@ -33,6 +33,9 @@ readonly PACKAGES=(
   xvfb
 )
 
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd -P)
+# debootstrap and chroot stand in a folder that is not on everybody's PATH, not even on root's.
+PATH=$PATH:/usr/sbin:/sbin
 cache=${ACCELSCOPE_CACHE:-${XDG_CACHE_HOME:-${HOME:?}/.cache}/accelscope}
 root=$cache/blender-root
 partial=$root.partial
@@ -76,13 +79,8 @@ if found; then
   finish
 fi
 
-if ! command -v debootstrap >/dev/null; then
-  say "installing debootstrap"
-  if ! log=$({ apt-get update && apt-get install -y --no-install-recommends debootstrap; } 2>&1); then
-    printf '%s\n' "$log" >&2
-    cannot "debootstrap is missing: run apt-get update && apt-get install debootstrap"
-  fi
-fi
+command -v debootstrap >/dev/null || "$here/apt.sh" debootstrap || cannot \
+  "debootstrap is missing: run apt-get update && apt-get install debootstrap"
 
 # The mirror this machine itself uses, so that no host name stands in the project: apt is asked, as
 # it reads both formats of its sources (and answers this before the first `apt-get update`). The

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scripts that set a machine up, on pretended machines: fake programs first on PATH."""
 
+import importlib.util
 import subprocess
 import sys
 from pathlib import Path
@@ -73,6 +74,67 @@ def test_without_root_the_one_command_to_run_is_printed(tmp_path: Path) -> None:
     (line,) = done.stderr.splitlines()
     assert line.startswith("Please run this once: sudo apt-get update && sudo apt-get install")
     assert line.endswith(" libegl1 libgl1")
+
+
+def test_a_source_that_cannot_be_reached_does_not_keep_packages_from_being_installed(
+    tmp_path: Path,
+) -> None:
+    asked = tmp_path / "asked"
+    program(tmp_path / "id", "echo 0")
+    program(tmp_path / "apt-get", f'echo "$@" >> {asked}', 'case "$*" in *update) exit 100;; esac')
+    done = run("apt.sh", "debootstrap", programs=tmp_path)
+    assert done.returncode == 0, done.stderr
+    update, install = asked.read_text(encoding="utf-8").splitlines()
+    assert update.endswith("update")
+    assert " debootstrap" in install
+    assert "install --yes" in install
+
+
+def test_root_gets_the_debootstrap_it_has_not(tmp_path: Path) -> None:
+    """On a fresh machine it is installed; where that fails, the line says what to run."""
+    asked = tmp_path / "asked"
+    program(tmp_path / "id", "echo 0")
+    program(tmp_path / "unshare", "exit 0")
+    for name in ("bash", "cat", "cut", "dirname", "flock", "head", "mkdir", "sed", "sh"):
+        (tmp_path / name).symlink_to(f"/bin/{name}")
+    program(tmp_path / "apt-get", f'echo "$@" >> {asked}', 'echo "E: no network" >&2', "exit 100")
+    # The script looks into the system's own folders, too, where this machine may have it.
+    here = ROOT / ".ci"
+    text = (here / "blender_root.sh").read_text(encoding="utf-8")
+    assert text.count("PATH=$PATH:/usr/sbin:/sbin") == 1
+    script = program(tmp_path / "here" / "blender_root.sh")
+    script.write_text(text.replace("PATH=$PATH:/usr/sbin:/sbin", f"PATH={tmp_path}"))
+    (tmp_path / "here" / "apt.sh").symlink_to(here / "apt.sh")
+    done = subprocess.run(
+        [script],
+        env={"PATH": str(tmp_path), "HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 3, done.stderr
+    assert "debootstrap" in asked.read_text(encoding="utf-8")
+    *_, reason, line = done.stderr.splitlines()
+    assert reason == "E: no network"
+    assert line.endswith(
+        "debootstrap is missing: run apt-get update && apt-get install debootstrap"
+    )
+
+
+@pytest.mark.parametrize(("ci", "outcome"), [("", "skip"), ("false", "skip"), ("true", "fail")])
+def test_continuous_integration_fails_without_a_window(
+    monkeypatch: pytest.MonkeyPatch, ci: str, outcome: str
+) -> None:
+    spec = importlib.util.spec_from_file_location("window", ROOT / "tests/window/test_window.py")
+    assert spec is not None
+    assert spec.loader is not None
+    window = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(window)
+    monkeypatch.setenv("CI", ci)
+    done = subprocess.CompletedProcess([], window.CANNOT, "", "first\nthis machine may not\n")
+    expected = {"skip": pytest.skip.Exception, "fail": pytest.fail.Exception}[outcome]
+    with pytest.raises(expected, match="this machine may not"):
+        window.skip_if_impossible(done)
 
 
 def test_missing_system_libraries_are_those_that_ldconfig_does_not_know(tmp_path: Path) -> None:
