@@ -2,8 +2,9 @@
 # Python 3.11 or 3.13, git and make. Nothing is left outside the checkout but caches.
 #
 # Variables: PYTHON, the interpreter for .venv (otherwise 3.13 if there is one that runs, else
-# 3.11); PYTEST, options for pytest, such as PYTEST="-k grid -x"; ACCELSCOPE_WITHOUT_WINDOW=1 on a
-# machine that can have no window, which fails otherwise where $CI is set.
+# 3.11); PYTEST, options for pytest, such as PYTEST="-k grid -x"; BENCH, options for the benchmark,
+# such as BENCH=--quick; ACCELSCOPE_WITHOUT_WINDOW=1 on a machine that can have no window, which
+# fails otherwise where $CI is set.
 .DEFAULT_GOAL := help
 # What a target needs is made in the order in which it is named.
 .NOTPARALLEL:
@@ -84,9 +85,10 @@ test-blender-all: system-libraries ## Run the Blender tests against Blender 4.5,
 	@.ci/test_blender_all.sh
 
 .PHONY: bench
-bench: venv system-libraries ## Measure speed, and cost of trees, beside other implementations
+bench: venv system-libraries ## Measure speed, and cost of trees, beside others
+	@.ci/system_libraries.sh open3d || echo "The benchmark goes on without open3d."
 	$(call say,Benchmark)
-	@$(BIN)/python tests/bench/bench.py
+	@$(BIN)/python tests/bench/bench.py $(BENCH)
 
 .PHONY: extension
 extension: venv system-libraries ## Build the zips for Blender into build/extension

@@ -31,8 +31,15 @@ ONE_RAY = np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32)
 
 
 def as_float32(rays: Rays) -> tuple[np.ndarray, np.ndarray]:
-    """Return origins and directions, (n, 3) float32 each, of rays without an end."""
-    assert np.isinf(rays.t_max).all(), "embreex would write into the ends of these rays"
+    """Return origins and directions, (n, 3) float32 each, of rays without an end.
+
+    Raises
+    ------
+    ValueError
+        If some end: embreex writes its hits into the array of their ends.
+    """
+    if not np.isinf(rays.t_max).all():
+        raise ValueError("the benchmark traces rays without an end")
     return rays.origins.astype(np.float32), rays.directions.astype(np.float32)
 
 
@@ -88,7 +95,7 @@ class Open3D:
 
     Raises
     ------
-    OSError, subprocess.CalledProcessError
+    MISSING
         If it cannot be had on this machine.
     """
 

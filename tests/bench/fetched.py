@@ -1,8 +1,8 @@
 """What the benchmark fetches: packages that carry meshes, and the programs of the peers.
 
 Everything goes into a directory of the cache, outside the checkout; only sources of our own stand
-in ``tests/bench/peers``. Whatever fails here raises OSError or CalledProcessError, and who asked
-does without.
+in ``tests/bench/peers``. What cannot be had raises one of :data:`MISSING`, and who asked does
+without.
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ import sys
 from pathlib import Path
 
 SOURCES = Path(__file__).parent / "peers"
+
+MISSING = (OSError, subprocess.CalledProcessError)
+"""What is raised where a program, a package or the network is not there."""
 
 OPEN3D = "open3d-cpu==0.20.0"
 """Six hundred megabytes with what it asks for, so it has an environment of its own."""

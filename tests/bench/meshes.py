@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 import gzip
-import subprocess
 import tarfile
 import warnings
 from collections.abc import Callable, Iterator
@@ -18,7 +17,7 @@ import numpy as np
 from accelscope.core.files import load_mesh_file
 from accelscope.core.scene import Scene
 from accelscope.sample_scenes import make_sample
-from fetched import cache_folder, crate_folder, debian_file, node_script, run
+from fetched import MISSING, cache_folder, crate_folder, debian_file, node_script, run
 
 DRAGONS = {"11k": "_res4", "48k": "_res3", "203k": "_res2", "871k": ""}
 """The scan's resolutions, and how their files are called."""
@@ -124,7 +123,7 @@ def mesh(name: str) -> Scene:
 
     Raises
     ------
-    OSError, subprocess.CalledProcessError
+    MISSING
         If it cannot be had on this machine.
     """
     with warnings.catch_warnings():
@@ -140,5 +139,5 @@ def meshes(names: list[str]) -> Iterator[tuple[str, Scene]]:
     for name in names:
         try:
             yield name, mesh(name)
-        except (OSError, subprocess.CalledProcessError) as error:
+        except MISSING as error:
             print(f"  without {name}: {error}", flush=True)

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
 import tempfile
 import time
 from pathlib import Path
@@ -32,7 +31,7 @@ from accelscope.core.evaluation.experiment import warm_up
 from accelscope.core.scene import Scene
 from accelscope.core.settings import parse
 from accelscope.core.structures import structure_named
-from fetched import node_script, obvhs_program, run
+from fetched import MISSING, node_script, obvhs_program, run
 from meshes import QUALITY, meshes
 from timing import geometric_mean
 
@@ -123,7 +122,7 @@ def measure_quality(names: list[str]) -> list[dict]:
                     continue
                 try:
                     theirs = build_theirs(comparison, path)
-                except (OSError, subprocess.CalledProcessError) as error:
+                except MISSING as error:
                     print(f"  without {peer}: {error}", flush=True)
                     missing.add(peer)
                     continue

@@ -25,6 +25,7 @@ from accelscope.core.scene import Scene
 from accelscope.core.structures import structure_named
 from accelscope.core.structures.contract import Structure
 from embree import Embreex, Open3D
+from fetched import MISSING
 from meshes import meshes
 from timing import Spread, geometric_mean, in_turn, one_core, ratios, spread, timed
 
@@ -130,13 +131,13 @@ def measure_speed(names: list[str], rounds: int, side: int, lines: int) -> tuple
         open3d: Open3D | None = None
         try:
             open3d = stack.enter_context(Open3D(Path(folder)))
-        except OSError as error:
+        except MISSING as error:
             print(f"  without open3d: {error}", flush=True)
         for name, scene in meshes(names):
             print(f"  {name}, {len(scene)} triangles", flush=True)
             try:
                 found, witness = measure(scene, open3d, rounds, side, lines)
-            except OSError as error:
+            except MISSING as error:
                 print(f"  without open3d: {error}", flush=True)
                 open3d = None
                 found, witness = measure(scene, open3d, rounds, side, lines)
