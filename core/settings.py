@@ -31,6 +31,10 @@ BOOLEANS = {"true": True, "yes": True, "on": True, "1": True,
             "false": False, "no": False, "off": False, "0": False}  # fmt: skip
 
 
+GIVEN, OPEN = "given", "open"
+"""Conditions on a setting whose 0, in one component at least, leaves it open: such as a budget."""
+
+
 def setting(
     default: Any,
     label: str,
@@ -41,7 +45,7 @@ def setting(
     maximum: float | None = None,
     choices: Mapping[str, str] | None = None,
     unset: str = "",
-    only_for: Mapping[str, Sequence[str]] | None = None,
+    only_for: Mapping[str, Sequence[str] | str] | None = None,
 ) -> Any:
     """Declare one field of a settings dataclass.
 
@@ -59,9 +63,10 @@ def setting(
         The admitted texts, each with one sentence about it.
     unset : str, optional
         A word such as ``"auto"`` that the command line accepts for the default.
-    only_for : mapping of str to sequence of str, optional
-        Where this setting has an effect: the choices of other settings, by their names. Elsewhere
-        it changes nothing: the panel greys it out, the command line says so and goes on.
+    only_for : mapping of str to sequence of str, or to GIVEN or OPEN, optional
+        Where this setting has an effect: the choices of other settings, or whether they are GIVEN
+        or left OPEN, by their names. Elsewhere it changes nothing: the panel greys it out, the
+        command line says so and goes on.
 
     Returns
     -------
@@ -75,7 +80,11 @@ def setting(
         "maximum": maximum,
         "choices": dict(choices) if choices else None,
         "unset": unset,
-        "only_for": {key: list(names) for key, names in only_for.items()} if only_for else None,
+        "only_for": {
+            name: condition if condition in (GIVEN, OPEN) else list(condition)
+            for name, condition in (only_for or {}).items()
+        }
+        or None,
     }
     return dataclasses.field(default=default, metadata=metadata)
 
@@ -94,13 +103,23 @@ def has_effect(field: dataclasses.Field, settings: Any) -> bool:
         What has the settings as attributes: the dataclass, or Blender's properties made of it.
     """
     only_for = field.metadata["only_for"] or {}
-    return all(getattr(settings, name) in choices for name, choices in only_for.items())
+    return all(_meets(getattr(settings, name), condition) for name, condition in only_for.items())
 
 
-def only_for_in_words(only_for: Mapping[str, Sequence[str]]) -> str:
-    """Say where a setting has an effect: ``"only for builder lbvh, ploc"``."""
+def _meets(value: Any, condition: Sequence[str] | str) -> bool:
+    """Say whether the value of a setting meets a condition of another's `only_for`."""
+    if condition not in (GIVEN, OPEN):
+        return value in condition
+    # Blender's properties of three numbers are no tuples, but have as many components.
+    is_open = 0 in (value if hasattr(value, "__len__") else (value,))
+    return is_open == (condition == OPEN)
+
+
+def only_for_in_words(only_for: Mapping[str, Sequence[str] | str]) -> str:
+    """Say where a setting has an effect: ``"only for builder lbvh, ploc and budget given"``."""
     return "only for " + " and ".join(
-        f"{name} {', '.join(map(str, choices))}" for name, choices in only_for.items()
+        f"{name} {condition if condition in (GIVEN, OPEN) else ', '.join(map(str, condition))}"
+        for name, condition in only_for.items()
     )
 
 

@@ -40,12 +40,13 @@ MAXIMUM_DEPTH = 96
 # ------------------------------------------------------------------ settings common to several
 
 
-def traversal_cost() -> Any:
-    """Declare C_trav, the lecture's t_tra."""
+def traversal_cost(is_flat: bool = False) -> Any:
+    """Declare C_trav, the lecture's t_tra; a flat structure has no inner nodes to reckon with."""
     return setting(
         1.2,
         "C_trav",
-        "Cost of one traversal step, in the unit of C_isect",
+        "Cost of one traversal step, in the unit of C_isect"
+        + "; enters no figure here, where there are no inner nodes" * is_flat,
         minimum=0.0,
         maximum=1e9,
     )

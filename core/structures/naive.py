@@ -32,7 +32,7 @@ from .steps import HIT, TEST, VISIT_LEAF, note
 class NaiveSettings:
     """Settings of the naive algorithm: only the constants of the cost model."""
 
-    C_trav: float = traversal_cost()
+    C_trav: float = traversal_cost(is_flat=True)
     C_isect: float = intersection_cost()
 
 

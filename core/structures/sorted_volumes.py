@@ -55,7 +55,7 @@ class SortedVolumesSettings:
         minimum=1,
         maximum=65536,
     )
-    C_trav: float = traversal_cost()
+    C_trav: float = traversal_cost(is_flat=True)
     C_isect: float = intersection_cost()
 
 

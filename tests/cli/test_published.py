@@ -20,7 +20,7 @@ def test_grid_over_tetra(evaluate, n):
     (record,) = evaluate(
         "sample:tetra",
         "--structure",
-        f"grid:resolution={n}x{n}x{n},padding=0.001",
+        f"grid:resolution={n}x{n}x{n},padding=0.001,assignment=box",
         "--rays",
         HAVRAN,
     )
@@ -52,7 +52,7 @@ def test_all_structures_see_the_same_picture(evaluate, text):
 @pytest.mark.parametrize(
     ("text", "cells"),
     [
-        ("octree:max_depth=4,max_leaf_size=1,padding=0,mailbox=true", 13),
+        ("octree:max_depth=4,max_leaf_size=1,padding=0,assignment=box,mailbox=true", 13),
         ("grid:resolution=16x1x16,padding=0,mailbox=true", 17),
     ],
 )

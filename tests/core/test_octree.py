@@ -24,7 +24,7 @@ from accelscope.core.structures.subdivision.structure import padded_box
 from accelscope.sample_scenes import make_sample
 
 HAVRAN = "camera:width=513,height=513,pixel=corner,shadows=true"
-MIXED = "max_depth=6,max_leaf_size=3"
+MIXED = "max_depth=6,max_leaf_size=3,assignment=box"
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ COUNTS = {
 @pytest.mark.parametrize("text", COUNTS)
 @pytest.mark.parametrize("storage", STORAGES)
 def test_published_counts(evaluate, text, storage):
-    spec = f"octree:max_leaf_size=1,storage={storage},{text}"
+    spec = f"octree:max_leaf_size=1,assignment=box,duplication=0,storage={storage},{text}"
     figures = evaluate("sample:tetra", "--structure", spec, "--rays", "random_lines:count=10")[
         "statistics"
     ]
@@ -69,12 +69,13 @@ PER_RAY = {
     ("neighbours", 4): 17.75, ("neighbours", 5): 23.91,
     ("recursive", 4): 9.59, ("recursive", 5): 12.70,
 }  # fmt: skip
+PUBLISHED = "padding=0.001,max_leaf_size=1,assignment=box,duplication=0"
 TOLERANCE = {"march": 0.015, "neighbours": 0.08, "recursive": 0.025}
 
 
 @pytest.mark.parametrize(("walk", "depth"), PER_RAY)
 def test_published_steps(evaluate, walk, depth):
-    spec = f"octree:padding=0.001,max_leaf_size=1,max_depth={depth},walk={walk}"
+    spec = f"octree:{PUBLISHED},max_depth={depth},walk={walk}"
     trace = evaluate("sample:tetra", "--structure", spec, "--rays", HAVRAN)["trace"]
     assert trace["N_TS"] == pytest.approx(PER_RAY[walk, depth], rel=TOLERANCE[walk])
     assert trace["N_ETS"] == pytest.approx({4: 4.72, 5: 6.20}[depth], rel=0.015)
@@ -141,7 +142,7 @@ def test_tree_is_the_one_built_by_hand(lab, build, scene_name, order, overlap, p
 
 def test_every_tree_has_seven_leaves_per_inner_node_and_one(lab, build, scene_name):
     scene = lab.small_scene(scene_name)
-    for text in (MIXED, f"{MIXED},planes=adaptive", "max_depth=0", f"{MIXED},assignment=exact"):
+    for text in (MIXED, f"{MIXED},planes=adaptive", "max_depth=0", f"{MIXED},assignment=exact", ""):
         figures = build("octree", scene, text).statistics()
         assert figures.N_V == 7 * figures.N_IN + 1
         assert figures.depths.sum() == figures.N_V
@@ -450,9 +451,12 @@ def test_hard_scenes_come_out_right(lab, build, make, text):
 
 
 def test_no_split_helps_where_all_meet(build):
-    with pytest.raises(InputError, match=r"octree.*references.*max_depth.*max_leaf_size"):
-        build("octree", through_a_point())
-    assert build("octree", through_a_point(), "max_depth=3").validate() == []
+    """Without a limit the references explode, which is refused with what would help."""
+    text = "max_depth=8,assignment=box"
+    with pytest.raises(InputError, match=r"octree.*references.*max_depth.*leaf_size.*duplication"):
+        build("octree", through_a_point(), text)
+    for cure in ("", "max_depth=3", f"{text},duplication=16"):
+        assert build("octree", through_a_point(), cure).validate() == []
 
 
 def test_cells_without_end_are_refused(build):

@@ -3,11 +3,14 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.evaluation.workloads import workload_named, workloads
 from accelscope.core.settings import (
+    GIVEN,
+    OPEN,
     check,
     describe,
     has_effect,
@@ -83,10 +86,14 @@ class Conditional:
     switch: bool = setting(False, "Switch", "A switch")
     steps: int = setting(3, "Steps", "Steps", only_for={"way": ("near", "up")})
     both: int = setting(3, "Both", "Both", only_for={"way": ("up",), "switch": (True,)})
+    budget: int = setting(0, "Budget", "A budget")
+    cells: tuple = setting((0, 0, 0), "Cells", "Cells")
+    order: int = setting(3, "Order", "Order", only_for={"budget": GIVEN})
+    rule: int = setting(3, "Rule", "Rule", only_for={"cells": OPEN, "way": ("far",)})
 
 
 def test_settings_without_effect():
-    steps, both = dataclasses.fields(Conditional)[2:]
+    steps, both, _, _, order, rule = dataclasses.fields(Conditional)[2:]
     for way, switch, some, all_ in (
         ("far", True, False, False),
         ("near", True, True, False),
@@ -103,15 +110,26 @@ def test_settings_without_effect():
     ]
     assert without_effect(Conditional("up", True, 4, 4), "structure x") == []
     assert without_effect(Conditional(), "structure x") == []
+    assert without_effect(Conditional(order=4), "structure x") == [
+        "structure x: order changes nothing, it is only for budget given"
+    ]
+    assert without_effect(Conditional(cells=(1, 2, 3), rule=4), "structure x") == [
+        "structure x: rule changes nothing, it is only for cells open and way far"
+    ]
+    assert has_effect(order, Conditional(budget=1))
+    for cells, expected in (((0, 0, 0), True), ((1, 0, 2), True), ((1, 2, 3), False)):
+        assert has_effect(rule, Conditional(cells=cells)) is expected
+        # Blender hands out arrays of its own kind.
+        assert has_effect(rule, SimpleNamespace(cells=list(cells), way="far")) is expected
 
 
 @pytest.mark.parametrize("where", EVERYTHING)
 def test_conditions_name_other_settings(where):
     fields = {field.name: field for field in dataclasses.fields(EVERYTHING[where])}
     for field in fields.values():
-        for name in field.metadata["only_for"] or {}:
+        for name, condition in (field.metadata["only_for"] or {}).items():
             assert name != field.name
-            assert fields[name].metadata["choices"]
+            assert fields[name].metadata["choices"] or condition in (GIVEN, OPEN)
 
 
 @pytest.mark.parametrize("where", EVERYTHING)

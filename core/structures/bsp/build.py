@@ -1,218 +1,180 @@
-"""Growing a BSP tree: which cell is split next, and what its children get.
+"""Building a BSP tree: memory, progress, and who builds which part.
 
-Cells that wait have their references in long arrays. A split appends those of both children; the
-cell's own become garbage, which is swept out when an array is full. The polyhedron of a cell is not
-kept: it is cut out of the root's box again when the turn of the cell comes.
+The kernels are in :mod:`.grow`. Without a budget every order gives the same tree, since a split
+depends on its cell alone: then cells are split depth-first, which needs least memory, and large
+subtrees are built by threads of their own (:mod:`.grown`). The priority queue is followed even so,
+since nothing else tells in which order it splits.
 """
 
 from __future__ import annotations
 
 import time
-from typing import Any, NamedTuple
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
 from ...geometry.triangle import Triangles
-from ...kernels import call, inner, kernel
+from ...kernels import call
 from ...memory import refuse_if_too_large
-from ...progress import Progress
-from ..subdivision.frontier import (
-    DEPTH_FIRST,
-    Frontier,
-    drop,
-    enlarged,
-    is_empty,
-    make_frontier,
-    peek,
-    put,
+from ...parallel import core_count
+from ...progress import Cancelled, Progress
+from ..subdivision.frontier import DEPTH_FIRST, PRIORITY, drop, enlarged, make_frontier, peek
+from .grow import (
+    AREA,
+    ASIDE,
+    BEGIN,
+    COUNT,
+    DEPTH,
+    DONE,
+    LINK,
+    LISTED,
+    NEEDS_LISTED,
+    NEEDS_NODES,
+    NEEDS_REFERENCES,
+    PARENT,
+    PAUSED,
+    POINTS,
+    REFERENCES,
+    SHARE,
+    Growing,
+    Limits,
+    grow,
+    sweep,
 )
-from .planes import SAMPLE, Scratch, choose_plane
-from .polyhedron import clip, make_polyhedra, measure_heights, side_areas
-from .references import Lists, append_side, move_references
+from .grown import Grown, joined, numbered
+from .planes import make_scratch
+from .polyhedron import Polyhedra, make_polyhedra
+from .references import Lists
 
-ADVICE = "lower max_depth, raise max_leaf_size or set a budget"
+ADVICE = "lower max_depth, raise max_leaf_size or set duplication or a budget"
 
 MOST_REFERENCES = 1 << 22
 """References at which a tree is refused, unless the scene has a sixteenth as many triangles."""
 
-DONE, PAUSED, NEEDS_NODES, NEEDS_REFERENCES, NEEDS_POINTS, NEEDS_LISTED = range(6)
-"""What a call of :func:`grow` ends with."""
+NO_BUDGET = 2**31 - 1
+"""Number of nodes that stands for any."""
 
 SLICE = 0.05
 """Seconds between two looks at the cancel button."""
 
-WAITING = 0
-"""Link of a node that waits: no node has the root as its child."""
-
-ROWS = np.int64(0), np.int64(1), np.int64(2)
-"""Rows for the polyhedra of the root and of the latest cells; the plain numbers would be types of
-their own for Numba, and callees compiled for each."""
-
-NO_ROW = np.int64(-1)
-
-REFERENCES, POINTS, LISTED = range(3)
-"""Places in `Lists.used`."""
-
-LINK, PARENT, DEPTH, BEGIN, COUNT = range(5)
-AREA, SHARE = 4, 5
-"""Columns of a tree being built. Few arrays of many columns, since every array that is passed on
-costs time to compile."""
+SUBTREE = 1 << 13
+"""References up to which a subtree is built by one thread."""
 
 
-class Limits(NamedTuple):
-    """When to stop: `budget` is a number of nodes, `order` the discipline of the frontier."""
+class Meter:
+    """Adds up what several builders have done, reports it, and refuses what grows too large."""
 
-    max_depth: int
-    max_leaf_size: int
-    budget: int
-    order: int
+    def __init__(self, total: int, progress: Progress) -> None:
+        self.total, self.progress = total, progress
+        self.most = max(MOST_REFERENCES, 16 * total)
+        self.listed: dict[int, int] = {}
+        self.done: dict[int, float] = {}
+        self.stopped = False
 
+    def check(self, builder: int, listed: int, done: float) -> None:
+        """Note how many references a builder, named by its root, has listed, and its share.
 
-class Growing(NamedTuple):
-    """A tree being built.
-
-    Attributes
-    ----------
-    nodes : (capacity, 5) int64
-        Columns LINK: left child of an inner node (the right one is next), ``-1 - leaf`` for leaves,
-        or WAITING; PARENT; DEPTH; BEGIN, COUNT: references of a node that waits. Of a leaf, BEGIN
-        is the end of its list.
-    planes : (capacity, 6) float64
-        Unit normal and position along it; columns AREA: surface area of the cell; SHARE: of the
-        work, 1 for the root, divided among children by their references.
-    frontier : Frontier
-    used : (2,) int64
-        Nodes and leaves so far.
-    done : (1,) float64
-        Sum of the shares of leaves.
-    """
-
-    nodes: np.ndarray
-    planes: np.ndarray
-    frontier: Frontier
-    used: np.ndarray
-    done: np.ndarray
-
-
-@inner
-def cut_out(tree, node, room, path, shell):
-    """Cut the polyhedron of a node out of the root's; return its row, or NO_ROW if that fails."""
-    height, row = 0, ROWS[0]
-    while node > 0:
-        path[height] = node
-        height += 1
-        node = tree.nodes[node, PARENT]
-    while height > 0:
-        height -= 1
-        node = path[height]
-        above = tree.nodes[node, PARENT]
-        sign = -1.0 if tree.nodes[above, LINK] == node else 1.0
-        target = ROWS[2] if row == 1 else ROWS[1]
-        if not clip(room, row, target, tree.planes[above], sign, shell):
-            return NO_ROW
-        row = target
-    return row
-
-
-@kernel
-def grow(rule, limits, tree, lists, room, scratch, corners, shell, work):
-    """Split cells until none waits, room is lacking or `work` references are handled."""
-    frontier, used, nodes, planes = tree.frontier, lists.used, tree.nodes, tree.planes
-    while not is_empty(frontier):
-        if work <= 0:
-            return PAUSED
-        node = np.int64(peek(frontier))
-        begin, n = nodes[node, BEGIN], nodes[node, COUNT]
-        n_points = 0
-        if n > 0:
-            n_points = lists.start[begin + n - 1] + lists.size[begin + n - 1] - lists.start[begin]
-        left = tree.used[0]
-        if left + 2 > len(nodes):
-            return NEEDS_NODES
-        if used[REFERENCES] + 2 * n > len(lists.start):
-            return NEEDS_REFERENCES
-        if used[POINTS] + 2 * (n_points + n) > len(lists.points):
-            return NEEDS_POINTS
-        if used[LISTED] + n > len(lists.listed):
-            return NEEDS_LISTED
-        drop(frontier)
-        depth, row, is_split = nodes[node, DEPTH], NO_ROW, False
-        work -= 64 + n
-        if n > limits.max_leaf_size and depth < limits.max_depth and left + 2 <= limits.budget:
-            work -= 1024 + min(n, SAMPLE) * 16
-            row = cut_out(tree, node, room, scratch.path, shell)
-            is_split = row != NO_ROW and choose_plane(
-                rule, lists, begin, n, room, row, planes[node, AREA], scratch, corners, shell
+        Raises
+        ------
+        InputError
+            If the tree gets too large.
+        Cancelled
+            If another builder has failed meanwhile.
+        """
+        self.listed[builder], self.done[builder] = listed, done
+        if sum(tuple(self.listed.values())) > self.most:
+            raise InputError(
+                f"the bsp has more than {self.most} references to {self.total} triangles; {ADVICE}"
             )
-        if not is_split:
-            leaf = tree.used[1]
-            tree.used[1] = leaf + 1
-            nodes[node, LINK] = -1 - leaf
-            tree.done[0] += planes[node, SHARE]
-            for i in range(n):
-                lists.listed[used[LISTED] + i] = lists.triangle[begin + i]
-            used[LISTED] += n
-            nodes[node, BEGIN] = used[LISTED]
-            continue
-        plane = planes[node]
-        for i in range(4):
-            plane[i] = scratch.plane[i]
-        measure_heights(room, row, plane)
-        below, above = side_areas(room, row, plane, 0.0)
-        nodes[node, LINK] = left
-        tree.used[0] = left + 2
-        total = 0
-        for right in range(2):
-            child = left + right
-            nodes[child, LINK], nodes[child, PARENT] = WAITING, node
-            nodes[child, DEPTH], nodes[child, BEGIN] = depth + 1, used[REFERENCES]
-            count = append_side(lists, begin, n, plane, 2.0 * right - 1.0, shell)
-            nodes[child, COUNT] = count
-            total += count
-            planes[child, AREA] = above if right == 1 else below
-        for i in range(2):
-            # A stack hands out what came last.
-            child = left + (1 - i if limits.order == DEPTH_FIRST else i)
-            planes[child, SHARE] = planes[node, SHARE] * nodes[child, COUNT] / total
-            put(frontier, child, planes[child, AREA] * nodes[child, COUNT])
-    return DONE
+        if self.stopped:
+            raise Cancelled
+
+    def report(self) -> None:
+        """Report the share of the tree that is done."""
+        done = sum(tuple(self.done.values()))
+        self.progress.report(min(float(done), 1.0), 1.0, "Building bsp")
 
 
-@kernel
-def sweep(tree, lists):
-    """Move the references of nodes that wait together, over those of cells that are split."""
-    place, corner, nodes = 0, 0, tree.nodes
-    # References lie in the order of their nodes.
-    for node in range(tree.used[0]):
-        if nodes[node, LINK] == WAITING:
-            corner = move_references(lists, nodes[node, BEGIN], nodes[node, COUNT], place, corner)
-            nodes[node, BEGIN] = place
-            place += nodes[node, COUNT]
-    lists.used[REFERENCES], lists.used[POINTS] = place, corner
+class Builder:
+    """Builds one tree, or the subtree below a node `root`; subtrees side by side."""
 
+    def __init__(
+        self,
+        rule: Any,
+        limits: Limits,
+        memory: tuple[Growing, Lists, Polyhedra],
+        corners: np.ndarray,
+        shell: float,
+        meter: Meter,
+        root: int = 0,
+    ) -> None:
+        self.rule, self.limits, self.corners, self.shell = rule, limits, corners, shell
+        self.tree, self.lists, self.room = memory
+        self.meter, self.root = meter, root
+        self.scratch = make_scratch()
+        self.work = 1 << 12
 
-class Grown(NamedTuple):
-    """A finished tree; nodes are numbered in the order in which they were made.
+    def run(self, reports: bool = False) -> int:
+        """Split cells until the tree is DONE, or a cell is to be put ASIDE.
 
-    Attributes
-    ----------
-    planes : (n, 4) float64
-    link, parent, depth : (n,) int32
-    area : (n,) float64
-        Of all nodes, as in :class:`Growing`.
-    offsets : (n_leaves + 1,) int64
-    references : (N_OIV,) int32
-        Triangles, leaf after leaf.
-    """
+        Parameters
+        ----------
+        reports : bool
+            Whether to report progress, which a thread must leave to its caller.
+        """
+        while True:
+            begin = time.perf_counter()
+            status = call(
+                grow, self.rule, self.limits, self.tree, self.lists, self.room, self.scratch,
+                self.corners, self.shell, self.work,
+            )  # fmt: skip
+            seconds = time.perf_counter() - begin
+            self.meter.check(self.root, int(self.lists.used[LISTED]), float(self.tree.done[0]))
+            if reports:
+                self.meter.report()
+            if status in (DONE, ASIDE):
+                return status
+            if status == PAUSED:
+                self.work = 2 * self.work if seconds < SLICE else max(self.work // 2, 1)
+                continue
+            most, order = self.meter.most, self.limits.order
+            self.tree, self.lists = with_room(self.tree, self.lists, status, most, order)
 
-    planes: np.ndarray
-    link: np.ndarray
-    parent: np.ndarray
-    depth: np.ndarray
-    area: np.ndarray
-    offsets: np.ndarray
-    references: np.ndarray
+    def hand_out(self) -> tuple[int, Builder]:
+        """Return the next node of a stack and a builder for the subtree below it.
+
+        The node becomes an empty leaf, in whose place the subtree will go.
+        """
+        node = int(peek(self.tree.frontier))
+        row = self.tree.nodes[node]
+        begin, n, depth = int(row[BEGIN]), int(row[COUNT]), int(row[DEPTH])
+        lists, references = self.lists, slice(begin, begin + n)
+        first = int(lists.start[begin])
+        points = lists.points[first : int(lists.start[begin + n - 1] + lists.size[begin + n - 1])]
+        tree, own = make_memory(
+            lists.triangle[references], lists.start[references] - first, lists.size[references],
+            points, DEPTH_FIRST,
+        )  # fmt: skip
+        tree.nodes[0, DEPTH] = depth
+        tree.planes[0, [AREA, SHARE]] = self.tree.planes[node, [AREA, SHARE]]
+        room = make_polyhedra(len(self.room.n_faces), np.zeros(6))
+        for mine, theirs in zip(room[:3], self.room[:3], strict=True):
+            mine[depth] = theirs[depth]
+        drop(self.tree.frontier)
+        leaf = int(self.tree.used[1])
+        self.tree.used[1] = leaf + 1
+        row[[LINK, BEGIN]] = -1 - leaf, lists.used[LISTED]
+        builder = Builder(
+            self.rule, self.limits._replace(aside=0), (tree, own, room), self.corners, self.shell,
+            self.meter, node,
+        )  # fmt: skip
+        return node, builder
+
+    def finished(self) -> Grown:
+        """Return the tree; all other memory is given back."""
+        return finish(self.tree, self.lists)
 
 
 def grow_tree(
@@ -222,16 +184,21 @@ def grow_tree(
     box: np.ndarray,
     shell: float,
     progress: Progress,
+    threads: int = 0,
 ) -> Grown:
-    """Build a tree.
+    """Build a tree; the number of threads makes no difference to it.
 
     Parameters
     ----------
     rule : Heuristic or Autopartition
+    limits : Limits
+        Without a budget the order only decides how nodes are numbered.
     box : (6,) float64
         The root's cell.
     shell : float
         Distance from a plane within which a point counts as on it.
+    threads : int
+        0 takes every core.
 
     Raises
     ------
@@ -241,55 +208,85 @@ def grow_tree(
         From `progress`.
     """
     n = len(triangles.ids)
+    order = limits.order
+    in_order = limits.budget < NO_BUDGET or order == PRIORITY
+    if not in_order:
+        limits = limits._replace(order=DEPTH_FIRST, aside=0 if n <= SUBTREE else SUBTREE)
     tree, lists = start(triangles, box, limits.order)
-    room = make_polyhedra(3, box)
-    scratch = Scratch(
-        np.empty(SAMPLE * 2), np.empty(SAMPLE * 2), np.zeros(4), np.zeros(4), np.zeros(64, np.int64)
+    rows = limits.max_depth + 1 if limits.order == DEPTH_FIRST else 3
+    meter = Meter(n, progress)
+    meter.report()
+    top = Builder(
+        rule, limits, (tree, lists, make_polyhedra(rows, box)), triangles.corners, shell, meter
     )
-    most = max(MOST_REFERENCES, 16 * n)
-    tree.frontier.state[1] = 1  # the root waits
-    status, work = PAUSED, 1 << 12
-    while status != DONE:
-        progress.report(min(float(tree.done[0]), 1.0), 1.0, "Building bsp")
-        begin = time.perf_counter()
-        status = call(
-            grow, rule, limits, tree, lists, room, scratch, triangles.corners, shell, work
-        )  # fmt: skip
-        seconds = time.perf_counter() - begin
-        if int(lists.used[LISTED]) > most:
-            raise InputError(f"the bsp has more than {most} references to {n} triangles; {ADVICE}")
-        if status == PAUSED:
-            work = 2 * work if seconds < SLICE else max(work // 2, 1)
-        elif status != DONE:
-            tree, lists = with_room(tree, lists, status, most)
+
+    def build_subtree(builder: Builder) -> Grown:
+        builder.run()
+        return builder.finished()
+
+    subtrees: dict[int, Future[Grown]] = {}
+    with ThreadPoolExecutor(threads or core_count()) as pool:
+        try:
+            while top.run(reports=True) == ASIDE:
+                node, builder = top.hand_out()
+                subtrees[node] = pool.submit(build_subtree, builder)
+                del builder  # the pool gives its memory back
+            pending = set(subtrees.values())
+            while pending:
+                done, pending = wait(pending, timeout=0.1)
+                for future in done:
+                    future.result()
+                meter.report()
+        finally:
+            meter.stopped = True
+            for future in subtrees.values():
+                future.cancel()
+    pieces = {node: future.result() for node, future in subtrees.items()}
+    grown = joined(top.finished(), pieces) if pieces else top.finished()
     progress.report(1.0, 1.0, "Building bsp")
-    return finish(tree, lists)
+    return grown if in_order else numbered(grown, order)
+
+
+# ------------------------------------------------------------------------------------- memory
 
 
 def start(triangles: Triangles, box: np.ndarray, order: int) -> tuple[Growing, Lists]:
     """Return a tree of a root that waits."""
     n = len(triangles.ids)
-    capacity = 1024
+    tree, lists = make_memory(
+        np.arange(n), 3 * np.arange(n), np.full(n, 3), triangles.corners.reshape(-1, 3), order
+    )
+    sides = box[3:] - box[:3]
+    tree.planes[0, AREA] = 2.0 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0])
+    tree.planes[0, SHARE] = 1.0
+    return tree, lists
+
+
+def make_memory(
+    triangle: np.ndarray, start: np.ndarray, size: np.ndarray, points: np.ndarray, order: int
+) -> tuple[Growing, Lists]:
+    """Return a tree of a root that waits with these references, without area and share."""
+    n, capacity = len(triangle), 1024
     tree = Growing(
         np.zeros((capacity, 5), np.int64), np.zeros((capacity, 6)), make_frontier(capacity, order),
         np.array([1, 0]), np.zeros(1),
     )  # fmt: skip
-    sides = box[3:] - box[:3]
-    tree.planes[0, AREA] = 2.0 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0])
-    tree.planes[0, SHARE], tree.nodes[0, COUNT] = 1.0, n
-    room, corners = 4 * n + 256, 14 * n + 1024
+    tree.nodes[0, COUNT] = n
+    tree.frontier.state[1] = 1  # the root waits
+    room, corners = 4 * n + 256, 4 * len(points) + 2 * n + 1024
     lists = Lists(
         np.zeros(room, np.int32), np.zeros(room, np.int64), np.zeros(room, np.int32),
-        np.zeros((corners, 3)), np.zeros(4 * n + 256, np.int32), np.array([n, 3 * n, 0]),
+        np.zeros((corners, 3)), np.zeros(4 * n + 256, np.int32),
+        np.array([n, len(points), 0]),
     )  # fmt: skip
-    lists.triangle[:n] = np.arange(n)
-    lists.start[:n] = 3 * np.arange(n)
-    lists.size[:n] = 3
-    lists.points[: 3 * n] = triangles.corners.reshape(-1, 3)
+    lists.triangle[:n], lists.start[:n], lists.size[:n] = triangle, start, size
+    lists.points[: len(points)] = points
     return tree, lists
 
 
-def with_room(tree: Growing, lists: Lists, status: int, most: int) -> tuple[Growing, Lists]:
+def with_room(
+    tree: Growing, lists: Lists, status: int, most: int, order: int
+) -> tuple[Growing, Lists]:
     """Return both with room to go on."""
     node = int(peek(tree.frontier))
     if status == NEEDS_NODES:
@@ -305,7 +302,8 @@ def with_room(tree: Growing, lists: Lists, status: int, most: int) -> tuple[Grow
         return tree, lists._replace(listed=longer(lists.listed, size))
     # Sweeping is enough where it frees a good part of what is lacking.
     before = int(lists.used[REFERENCES]), int(lists.used[POINTS])
-    call(sweep, tree, lists)
+    if order != DEPTH_FIRST:  # on a stack there is no garbage
+        call(sweep, tree, lists)
     n = int(tree.nodes[node, COUNT])
     begin = int(tree.nodes[node, BEGIN])
     own = int(lists.start[begin + n - 1] + lists.size[begin + n - 1] - lists.start[begin])

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...kernels import call, inner, kernel
 from ..cells import Polygons
-from .build import Grown
+from .grown import Grown
 from .polyhedron import Polyhedra, clip, make_polyhedra, measure
 from .references import MOST_POLYGON_CORNERS, Lists, append_side
 

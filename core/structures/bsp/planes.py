@@ -36,6 +36,9 @@ SAMPLE = 2048
 MARGIN = 4.0
 """A plane must leave that many shells of the cell on either side."""
 
+SAFELY = 1.0 - 1e-9
+"""Factor of a lower bound that leaves room for rounding."""
+
 CUT = 8.0
 """What one cut triangle weighs, for autopartition, against one more on one side than the other."""
 
@@ -82,6 +85,48 @@ def directions_of(count: int) -> np.ndarray:
     return chosen / np.linalg.norm(chosen, axis=1, keepdims=True)
 
 
+@inner
+def count_bins(low, high, count, first, width, shell, sides):
+    """Count what :func:`.references.count_sides` does, for all planes between bins at once.
+
+    A polygon that is above a plane is above all planes before it, too: so it is enough to find the
+    last of them, and to add up from the end.
+
+    Parameters
+    ----------
+    first, width : float
+        Plane i lies at ``first + i * width``.
+    sides : (2, BINS + 2) int64
+        For every plane: how many polygons are above it, and how many are only above.
+    """
+    for i in range(BINS + 2):
+        sides[0, i], sides[1, i] = 0, 0
+    for i in range(count):
+        # One more than the last plane above which it is, and above which it is only.
+        above, only = 0, 0
+        if width > 0.0:
+            above = int(min(max((high[i] - shell - first) / width, 0.0), BINS + 0.0))
+            only = int(min(max((low[i] + shell - first) / width, 0.0), BINS + 0.0))
+        # The divisions may be off by one; the same comparisons as for a single plane decide.
+        while above <= BINS and high[i] > first + above * width + shell:
+            above += 1
+        while above > 0 and not high[i] > first + (above - 1) * width + shell:
+            above -= 1
+        while only <= BINS and low[i] >= first + only * width - shell:
+            only += 1
+        while only > 0 and not low[i] >= first + (only - 1) * width - shell:
+            only -= 1
+        sides[0, above] += 1
+        sides[1, min(above, only)] += 1
+    # Who ends at k is above the planes before k.
+    n_above, n_only = sides[0, BINS + 1], sides[1, BINS + 1]
+    for i in range(BINS, -1, -1):
+        here, only_here = sides[0, i], sides[1, i]
+        sides[0, i], sides[1, i] = n_above, n_only
+        n_above += here
+        n_only += only_here
+
+
 class Scratch(NamedTuple):
     """Scratch memory of the builder.
 
@@ -89,6 +134,8 @@ class Scratch(NamedTuple):
     ----------
     low, high : (SAMPLE,) float64
         Extents of polygons along a normal.
+    sides : (2, BINS + 2) int64
+        See :func:`count_bins`.
     tried, plane : (4,) float64
         The plane being tried, and the best so far: unit normal and position along it.
     path : (64,) int64
@@ -97,9 +144,18 @@ class Scratch(NamedTuple):
 
     low: np.ndarray
     high: np.ndarray
+    sides: np.ndarray
     tried: np.ndarray
     plane: np.ndarray
     path: np.ndarray
+
+
+def make_scratch() -> Scratch:
+    """Return scratch memory for one builder."""
+    return Scratch(
+        np.empty(SAMPLE * 2), np.empty(SAMPLE * 2), np.empty((2, BINS + 2), np.int64), np.zeros(4),
+        np.zeros(4), np.zeros(64, np.int64),
+    )  # fmt: skip
 
 
 @dispatched
@@ -116,7 +172,7 @@ def choose_plane(rule, lists, begin, n, room, row, area, scratch, corners, shell
     room, row : Polyhedra, int
         The cell.
     area : float
-        Its surface area.
+        Its surface area; its faces are measured.
     corners : (n_triangles, 3, 3) float64
     shell : float
     """
@@ -160,12 +216,22 @@ def take_plane(scratch, position):
 
 
 @inner
-def cost_of(rule, room, row, area, plane, position, n_below, n_above, best):
-    """Return the expected cost of a split, or inf where it cannot be less than `best`."""
+def cost_of(rule, room, row, area, plane, position, share, n_below, n_above, best):
+    """Return the expected cost of a split, or inf where it cannot be less than `best`.
+
+    Parameters
+    ----------
+    share : float
+        How far up the plane is, from 0 at the lowest corner of the cell to 1 at the highest.
+    """
     factor = rule.keep if n_below == 0.0 or n_above == 0.0 else 1.0
-    # The sides together have more area than the cell.
-    least = factor * (rule.c_trav + rule.c_isect * min(n_below, n_above))
-    if not least < best:
+    # Shrunk by `share` towards its lowest corner, a convex cell is inside its part below, which so
+    # has share^2 of its area at least; above likewise. Together they have more than the cell.
+    fewer, more, small = n_below, n_above, (1.0 - share) * (1.0 - share)
+    if n_below > n_above:
+        fewer, more, small = n_above, n_below, share * share
+    least = rule.c_trav + rule.c_isect * SAFELY * (fewer + small * (more - fewer))
+    if not factor * least < best:
         return np.inf
     below, above = side_areas(room, row, plane, position)
     return factor * (rule.c_trav + rule.c_isect * (below * n_below + above * n_above) / area)
@@ -192,9 +258,9 @@ def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, corners, she
             if not make_plane(corners, triangle, which, tried):
                 continue
         position, tried[3] = tried[3], 0.0
-        lowest, highest = measure_heights(room, row, tried)
-        lowest, highest = lowest + MARGIN * shell, highest - MARGIN * shell
-        n_positions = 1
+        bottom, top = measure_heights(room, row, tried)
+        lowest, highest = bottom + MARGIN * shell, top - MARGIN * shell
+        n_positions, is_binned = 1, False
         if number >= n_directions and not lowest < position < highest:
             continue
         project(lists, begin, stride, count, tried, low, high)
@@ -206,8 +272,9 @@ def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, corners, she
                 for i in range(count):
                     first = low[i] if low[i] < first else first
                     last = high[i] if high[i] > last else last
-                n_positions = BINS + 1
+                n_positions, is_binned = BINS + 1, True
                 width = (last - first) / BINS
+                count_bins(low, high, count, first, width, shell, scratch.sides)
         for i in range(n_positions):
             if number < n_directions:
                 position = first + i * width
@@ -215,10 +282,15 @@ def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, corners, she
                     position = low[i] if i < count else high[i - count]
                 if not lowest < position < highest:
                     continue
-            n_below, n_above = count_sides(low, high, count, position, shell)
+            if is_binned:
+                n_below, n_above = count - scratch.sides[1, i], scratch.sides[0, i]
+            else:
+                n_below, n_above = count_sides(low, high, count, position, shell)
+            share = (position - bottom) / (top - bottom)
             cost = cost_of(
-                rule, room, row, area, tried, position, scale * n_below, scale * n_above, best
-            )
+                rule, room, row, area, tried, position, share, scale * n_below, scale * n_above,
+                best,
+            )  # fmt: skip
             if cost < best:
                 best, found = cost, True
                 take_plane(scratch, position)

@@ -25,6 +25,10 @@ MOST_CORNERS = 512
 """Corners in all loops: of f faces at most 6 f - 12, with room for double ones."""
 
 
+WHOLE, LEAST, MOST = 3, 4, 5
+"""Columns of `Polyhedra.faces`, after the normal."""
+
+
 class Polyhedra(NamedTuple):
     """Room for a few convex polyhedra, and scratch.
 
@@ -39,6 +43,9 @@ class Polyhedra(NamedTuple):
         Signed distances from a plane.
     angles : (MOST_CORNERS,) float64
         Which corners are on the plane, and what those of the new face are sorted by.
+    faces : (MOST_FACES, 6) float64
+        Of the polyhedron that was measured last: normals, twice the areas long; columns WHOLE, the
+        areas, LEAST and MOST, the heights of the lowest and of the highest corner.
     """
 
     points: np.ndarray
@@ -46,6 +53,7 @@ class Polyhedra(NamedTuple):
     n_faces: np.ndarray
     heights: np.ndarray
     angles: np.ndarray
+    faces: np.ndarray
 
 
 def make_polyhedra(count: int, box: np.ndarray) -> Polyhedra:
@@ -53,6 +61,7 @@ def make_polyhedra(count: int, box: np.ndarray) -> Polyhedra:
     room = Polyhedra(
         np.zeros((count, MOST_CORNERS, 3)), np.zeros((count, MOST_FACES + 1), np.int64),
         np.zeros(count, np.int64), np.zeros(MOST_CORNERS), np.zeros(MOST_CORNERS),
+        np.zeros((MOST_FACES, 6)),
     )  # fmt: skip
     corners = np.array([[box[3 * (i >> a & 1) + a] for a in range(3)] for i in range(8)])
     loops = [0, 4, 6, 2, 1, 3, 7, 5, 0, 1, 5, 4, 2, 6, 7, 3, 0, 2, 3, 1, 4, 5, 7, 6]
@@ -64,15 +73,42 @@ def make_polyhedra(count: int, box: np.ndarray) -> Polyhedra:
 
 @inner
 def measure_heights(room, row, plane):
-    """Write the signed distances of all corners from a plane (4,); return the least and largest."""
+    """Write the signed distances of all corners from a plane (4,); return the least and largest.
+
+    Those of each face go to `room.faces`.
+    """
     low, high = np.inf, -np.inf
-    points, heights = room.points[row], room.heights
-    for i in range(room.starts[row, room.n_faces[row]]):
-        h = plane[0] * points[i, 0] + plane[1] * points[i, 1] + plane[2] * points[i, 2] - plane[3]
-        heights[i] = h
-        low = h if h < low else low
-        high = h if h > high else high
+    points, starts, heights, faces = room.points[row], room.starts[row], room.heights, room.faces
+    a, b, c, position = plane[0], plane[1], plane[2], plane[3]
+    for face in range(room.n_faces[row]):
+        least, most = np.inf, -np.inf
+        for i in range(starts[face], starts[face + 1]):
+            h = a * points[i, 0] + b * points[i, 1] + c * points[i, 2] - position
+            heights[i] = h
+            least = h if h < least else least
+            most = h if h > most else most
+        faces[face, LEAST], faces[face, MOST] = least, most
+        low = least if least < low else low
+        high = most if most > high else high
     return low, high
+
+
+@inner
+def measure_faces(room, row):
+    """Write the normals of all faces, twice their areas long, and their areas to `room.faces`."""
+    points, starts, faces = room.points[row], room.starts[row], room.faces
+    for face in range(room.n_faces[row]):
+        begin, end = starts[face], starts[face + 1]
+        # As a fan from a first corner.
+        ox, oy, oz = points[begin, 0], points[begin, 1], points[begin, 2]
+        wx, wy, wz = 0.0, 0.0, 0.0
+        lx, ly, lz = 0.0, 0.0, 0.0
+        for i in range(begin + 1, end):
+            x, y, z = points[i, 0] - ox, points[i, 1] - oy, points[i, 2] - oz
+            wx, wy, wz = wx + ly * z - lz * y, wy + lz * x - lx * z, wz + lx * y - ly * x
+            lx, ly, lz = x, y, z
+        faces[face, 0], faces[face, 1], faces[face, 2] = wx, wy, wz
+        faces[face, WHOLE] = 0.5 * (wx * wx + wy * wy + wz * wz) ** 0.5
 
 
 @inner
@@ -173,51 +209,62 @@ def add_cap(out, marks, place, plane, sign):
 def side_areas(room, row, plane, position):
     """Return the surface areas of the parts below and above a plane, the cut included.
 
-    The plane is at `position` of that from which the corners' heights have been measured. The
-    outward normals of a closed surface, each as long as its face's area, sum up to zero: so those
-    of the faces below give the cut's.
+    The plane is at `position` of that from which :func:`measure_heights` has measured; faces that
+    it does not cross are taken from :func:`measure_faces`. The outward normals of a closed surface,
+    each as long as its face's area, sum up to zero: so those of the faces below give the cut's.
     """
-    points, starts, heights = room.points[row], room.starts[row], room.heights
+    points, starts = room.points[row], room.starts[row]
+    heights, faces = room.heights, room.faces
     below, above, cut = 0.0, 0.0, 0.0
     for face in range(room.n_faces[row]):
-        begin, end = starts[face], starts[face + 1]
-        # Twice the normals of the whole face and of its part below, as fans from a first corner.
-        ox, oy, oz = points[begin, 0], points[begin, 1], points[begin, 2]
-        wx, wy, wz, px, py, pz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        qx, qy, qz = 0.0, 0.0, 0.0  # the last corner of the part below
-        fx, fy, fz = 0.0, 0.0, 0.0  # and the first
-        is_empty = True
-        last = end - 1
-        for i in range(begin, end):
-            x, y, z = points[i, 0] - ox, points[i, 1] - oy, points[i, 2] - oz
+        whole = faces[face, WHOLE]
+        if faces[face, LEAST] > position:
+            above += whole
+            continue
+        # Twice the normal of the part below.
+        px, py, pz = faces[face, 0], faces[face, 1], faces[face, 2]
+        part = whole
+        if faces[face, MOST] > position:
+            begin, end = starts[face], starts[face + 1]
+            ox, oy, oz = points[begin, 0], points[begin, 1], points[begin, 2]
+            px, py, pz = 0.0, 0.0, 0.0
+            qx, qy, qz = 0.0, 0.0, 0.0  # the last corner of the part below
+            fx, fy, fz = 0.0, 0.0, 0.0  # and the first
+            is_empty = True
+            last = end - 1
+            before = heights[last] - position
             lx, ly, lz = points[last, 0] - ox, points[last, 1] - oy, points[last, 2] - oz
-            wx, wy, wz = wx + ly * z - lz * y, wy + lz * x - lx * z, wz + lx * y - ly * x
-            here, before = heights[i] - position, heights[last] - position
-            # First where the edge crosses the plane, then its end.
-            for step in range(2):
-                ex, ey, ez = x, y, z
-                if step == 0:
-                    if not here * before < 0.0:
+            for i in range(begin, end):
+                x, y, z = points[i, 0] - ox, points[i, 1] - oy, points[i, 2] - oz
+                here = heights[i] - position
+                # First where the edge crosses the plane, then its end.
+                for step in range(2):
+                    ex, ey, ez = x, y, z
+                    if step == 0:
+                        if not here * before < 0.0:
+                            continue
+                        share = before / (before - here)
+                        ex, ey, ez = (
+                            lx + share * (x - lx),
+                            ly + share * (y - ly),
+                            lz + share * (z - lz),
+                        )
+                    elif here > 0.0:
                         continue
-                    share = before / (before - here)
-                    ex, ey, ez = lx + share * (x - lx), ly + share * (y - ly), lz + share * (z - lz)
-                elif here > 0.0:
-                    continue
-                if is_empty:
-                    fx, fy, fz = ex, ey, ez
-                    is_empty = False
-                else:
-                    ax, ay, az = qx - fx, qy - fy, qz - fz
-                    bx, by, bz = ex - fx, ey - fy, ez - fz
-                    px, py, pz = (
-                        px + ay * bz - az * by,
-                        py + az * bx - ax * bz,
-                        pz + ax * by - ay * bx,
-                    )
-                qx, qy, qz = ex, ey, ez
-            last = i
-        whole = 0.5 * (wx * wx + wy * wy + wz * wz) ** 0.5
-        part = 0.5 * (px * px + py * py + pz * pz) ** 0.5
+                    if is_empty:
+                        fx, fy, fz = ex, ey, ez
+                        is_empty = False
+                    else:
+                        ax, ay, az = qx - fx, qy - fy, qz - fz
+                        bx, by, bz = ex - fx, ey - fy, ez - fz
+                        px, py, pz = (
+                            px + ay * bz - az * by,
+                            py + az * bx - ax * bz,
+                            pz + ax * by - ay * bx,
+                        )
+                    qx, qy, qz = ex, ey, ez
+                before, lx, ly, lz = here, x, y, z
+            part = 0.5 * (px * px + py * py + pz * pz) ** 0.5
         below += part
         above += max(whole - part, 0.0)
         cut -= 0.5 * (px * plane[0] + py * plane[1] + pz * plane[2])

@@ -1,9 +1,8 @@
 """Uniform grid, walked by a 3D DDA.
 
-The scene's box is cut into nx * ny * nz equal cells; each cell lists the triangles that overlap it
+The scene's box is cut into nx * ny * nz equal cells, as many as are given or as there should be for
+so many triangles (:mod:`.resolution`); each cell lists the triangles that overlap it
 (:mod:`.cells`). A ray enters at a cell and steps from wall to wall (:mod:`.dda`).
-
-A. Woo: Ray Tracing Polygons Using Spatial Subdivision, Graphics Interface 1992 (resolution).
 """
 
 from __future__ import annotations
@@ -17,11 +16,18 @@ from ...geometry.triangle import Triangles, triangles_of
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
-from ...settings import setting
+from ...settings import OPEN, setting
 from ..cells import Cells
 from ..contract import Statistics, Structure, intersection_cost, traversal_cost
 from . import dda as dda  # registers the walk
 from .cells import GridArrays, fill_cells, hair_and_touch
+from .resolution import (
+    REFERENCES_PER_CELL,
+    USUAL_DENSITY,
+    lowered,
+    reference_terms,
+    resolution_by_rule,
+)
 
 BYTES_PER_CELL = 64
 """Per cell: its offset, and what the figures of all cells take for a moment."""
@@ -51,9 +57,15 @@ class GridSettings:
             "woo": "Near-cubic cells: (D N)^(1/3) along the longest axis, fewer along the others",
             "heterogeneous": "Cubic cells, D N of them in all (Klimaszewski)",
         },
+        only_for={"resolution": OPEN},
     )
     density: float = setting(
-        3.0, "Density", "Cells per triangle that the rule aims at", minimum=1e-6, maximum=1e6
+        3.0,
+        "Density",
+        "Cells per triangle that the rule aims at; fewer where triangles are large",
+        minimum=1e-6,
+        maximum=1e6,
+        only_for={"resolution": OPEN},
     )
     padding: float = setting(
         0.001,
@@ -78,25 +90,8 @@ class GridSettings:
         choices={"box": "The triangle's bounding box", "exact": "The triangle itself"},
     )
     mailbox: bool = setting(False, "Mailbox", "Test a triangle at most once per ray")
-    C_trav: float = traversal_cost()
+    C_trav: float = traversal_cost(is_flat=True)
     C_isect: float = intersection_cost()
-
-
-def resolution_by_rule(size: np.ndarray, count: int, rule: str, density: float) -> np.ndarray:
-    """Return the resolution (3,) that a rule gives for a box of `size` with `count` triangles."""
-    cells = density * count
-    if rule == "regular":
-        wanted = np.full(3, cells ** (1 / 3))
-    elif rule == "woo":
-        wanted = size / size.max() * cells ** (1 / 3)
-    else:
-        # A flat side would ask for infinitely many cells along the others.
-        x, y, z = np.maximum(size, 1e-6 * size.max())
-        nx = np.floor((cells * x * x / (y * z)) ** (1 / 3) + 0.5)
-        ny = np.floor(np.sqrt(cells * y / (max(nx, 1) * z)) + 0.5)
-        nz = np.floor(cells / (max(nx, 1) * max(ny, 1)) + 0.5)
-        wanted = np.array([nx, ny, nz])
-    return np.maximum(np.floor(wanted), 1)
 
 
 class Grid(Structure):
@@ -123,8 +118,13 @@ class Grid(Structure):
         margin = np.where(size > 0.0, margin, max(settings.padding, 1e-6) * size.max())
         lower, upper = scene.lower - margin, scene.upper + margin
         given = np.array(settings.resolution)
+        if (given > 0).all():
+            return lower, upper, given.astype(np.float64)
         by_rule = resolution_by_rule(upper - lower, len(scene), settings.rule, settings.density)
-        return lower, upper, np.where(given > 0, given, by_rule)
+        terms = reference_terms(scene.triangles, upper - lower, settings.assignment == "exact")
+        most = REFERENCES_PER_CELL * max(settings.density, USUAL_DENSITY) * len(scene)
+        resolution = lowered(np.where(given > 0, given, by_rule), given == 0, terms, most)
+        return lower, upper, resolution
 
     @classmethod
     def refuse_too_large(cls, scene: Scene, settings: GridSettings) -> None:

@@ -31,6 +31,7 @@ from .work import (
     N_NODES,
     N_REFERENCES,
     REFERENCES,
+    SHARE,
     SIZE,
     TOP,
     WAITING,
@@ -137,6 +138,11 @@ def grow(planes, limits, work, frontier, corners, allowance):
         axis, position, planar_below = LEAF, 0.0, True
         if row[AXIS] != LEAF and left + 2 <= limits.budget:
             axis, position, planar_below = choose_plane(planes, work, node, top)
+        scratch, n_below, n_both = top + 2 * (width * n + 1), 0, 0
+        if axis != LEAF:
+            n_below, n_both = classify(planes, work, node, axis, position, planar_below, scratch)
+            if n + n_both > limits.references * cells[node, SHARE]:
+                axis = LEAF
         row[AXIS] = axis
         if axis == LEAF:
             listed = state[N_LISTED]
@@ -149,8 +155,6 @@ def grow(planes, limits, work, frontier, corners, allowance):
             state[N_LISTED] = listed
             continue
         row[FIRST] = left
-        scratch = top + 2 * (width * n + 1)
-        n_below, n_both = classify(planes, work, node, axis, position, planar_below, scratch)
 
         # The children. The left one's lists come last, on top of the stack.
         n_child = n - n_below + n_both
@@ -162,6 +166,7 @@ def grow(planes, limits, work, frontier, corners, allowance):
             new[REFERENCES] = n_references + n_both
             for face in range(6):
                 cells[child, face] = cells[node, face]
+            cells[child, SHARE] = cells[node, SHARE] * n_child / (n + n_both)
             top += width * n_child + 1
             n_child = n_below
         cells[left, 3 + axis] = cells[left + 1, axis] = position
@@ -227,7 +232,7 @@ class Meter:
             if sum(tuple(counts.values())) > most:
                 raise InputError(
                     f"the kdtree has more than {most} {what} {self.total} triangles; "
-                    "lower max_depth, raise max_leaf_size or set a budget"
+                    "lower max_depth, raise max_leaf_size or set duplication or a budget"
                 )
         if self.stopped:
             raise Cancelled

@@ -38,6 +38,9 @@ N_NODES, N_REFERENCES, N_LISTED, TOP, WIDTH = range(5)
 AXIS, FIRST, SIZE, DEPTH, BEGIN, REFERENCES, EVENTS = range(7)  # EVENTS: of x, then y, then z
 N_COLUMNS = 9
 
+SHARE = 6
+"""Column of a cell, after its box."""
+
 
 class Limits(NamedTuple):
     """When to stop.
@@ -47,6 +50,8 @@ class Limits(NamedTuple):
     max_depth, max_leaf_size : int
     budget : int
         Most nodes of the tree.
+    references : float
+        Most references of the tree, inf for any number.
     order : int
         DEPTH_FIRST, FIFO or PRIORITY.
     aside : int
@@ -57,6 +62,7 @@ class Limits(NamedTuple):
     max_depth: int
     max_leaf_size: int
     budget: int
+    references: float
     order: int
     aside: int
 
@@ -73,7 +79,8 @@ class Work(NamedTuple):
         AXIS of the plane, LEAF for leaves; FIRST, the left child, of a leaf its place in `listed`;
         SIZE, the references; DEPTH; while it waits: BEGIN and number of its EVENTS per axis, and
         how many REFERENCES there were.
-    cells : (nodes, 6) float64
+    cells : (nodes, 7) float64
+        Box, then the SHARE of the references that the tree may have.
     listed : (m,) int32
         Triangles of the leaves.
     triangle : (references,) int32
@@ -108,13 +115,14 @@ def make_work(n: int, width: int, cell: np.ndarray, limits: Limits) -> tuple[Wor
     ----------
     width : int
         See `Work.state`.
-    cell : (6,) float64
+    cell : (7,) float64
+        Box and share.
     """
     lists = 6 * (width * n + 1)
     work = Work(
         state=np.array([1, n, 0, width * n + 1, width]),
         nodes=np.empty((8 * n + 8, N_COLUMNS), np.int64),
-        cells=np.empty((8 * n + 8, 6)),
+        cells=np.empty((8 * n + 8, 7)),
         listed=np.empty(8 * n + 8, np.int32),
         triangle=np.empty(4 * n + 8, np.int32),
         boxes=np.empty((4 * n + 8, 6)),
@@ -144,7 +152,8 @@ def start(
     ----------
     boxes : (n, 6) float64
         Of all triangles.
-    cell : (6,) float64
+    cell : (7,) float64
+        Box and share.
     lists
         Positions and codes of the events along x, y and z.
     """
@@ -211,7 +220,7 @@ def with_room(
         row_bytes = sum(getattr(work, name)[:1].nbytes for name in names)
         refuse_if_too_large(
             length * row_bytes, f"a kdtree over {total} triangles",
-            "lower max_depth, raise max_leaf_size or set a budget",
+            "lower max_depth, raise max_leaf_size or set duplication or a budget",
         )  # fmt: skip
         for name in names:
             old = getattr(work, name)

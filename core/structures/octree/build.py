@@ -31,7 +31,7 @@ from .assignment import octant_box, octants_of
 from .planes import choose_plane
 from .storage import BuiltTree
 
-ADVICE = "lower max_depth, raise max_leaf_size or set a budget"
+ADVICE = "lower max_depth, raise max_leaf_size or set duplication or a budget"
 
 NODES_PER_TRIANGLE, MOST_NODES = 16, 1 << 23
 REFERENCES_PER_TRIANGLE, MOST_REFERENCES = 64, 1 << 25
@@ -54,7 +54,9 @@ SLICE = 0.05
 
 
 class Rule(NamedTuple):
-    """What decides splits, for kernels: `budget` is a number of nodes.
+    """What decides splits, for kernels.
+
+    `budget` is a number of nodes, `references` a number of them in the whole tree or inf.
 
     `placement` is a record of :mod:`.planes`, `assignment` one of :mod:`.assignment`; the kernels
     for them are chosen by their types.
@@ -64,6 +66,7 @@ class Rule(NamedTuple):
     max_leaf_size: int
     budget: int
     order: int
+    references: float
     placement: Any
     assignment: Any
 
@@ -81,6 +84,8 @@ class Growing(NamedTuple):
     begin, count : (capacity,) int64
         Reference list in the arena.
     level : (capacity,) uint8
+    share : (capacity,) float64
+        Of the references that the tree may have, see :mod:`..subdivision.frontier`.
     arena : (capacity of the arena,) int32
     frontier : Frontier
     used : (2,) int64
@@ -93,6 +98,7 @@ class Growing(NamedTuple):
     begin: np.ndarray
     count: np.ndarray  # type: ignore[assignment]  # a tuple has a method of that name
     level: np.ndarray
+    share: np.ndarray
     arena: np.ndarray
     frontier: Frontier
     used: np.ndarray
@@ -160,6 +166,9 @@ def subdivide(tree, rule, scratch, work):
                 if mask >> octant & 1:
                     scratch.counts[octant] += 1
                     total += 1
+        if total > rule.references * tree.share[node]:
+            drop(frontier)
+            continue
         if n_arena + total > len(arena):
             return NEEDS_ARENA
         drop(frontier)
@@ -175,6 +184,7 @@ def subdivide(tree, rule, scratch, work):
             tree.first[new] = mark
             tree.level[new] = tree.level[node] + 1
             tree.begin[new], tree.count[new] = n_arena, scratch.counts[octant]
+            tree.share[new] = tree.share[node] * tree.count[new] / total
             scratch.counts[octant] = n_arena  # from here on: place of the next reference
             n_arena += tree.count[new]
         for i in range(count):
@@ -226,7 +236,7 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
         When nodes or references do not fit into memory.
     """
     tree = with_room(None, 1024, max(4 * n, 1024), rule.order)
-    tree.boxes[0], tree.first[0], tree.count[0] = box, -1, n
+    tree.boxes[0], tree.first[0], tree.count[0], tree.share[0] = box, -1, n, 1.0
     tree.arena[:n] = np.arange(n)
     tree.used[:] = 1, n
     scratch = Scratch(np.empty(n, np.uint8), np.empty(n), np.empty(8, np.int64))
@@ -276,16 +286,17 @@ def with_room(
         arena = np.empty(n_references, np.int32)
         arena[: old.used[1]] = old.arena[: old.used[1]]
         return old._replace(arena=arena)
-    refuse_if_too_large(112 * n_nodes, f"an octree with over {n_nodes // 2} nodes", ADVICE)
+    refuse_if_too_large(120 * n_nodes, f"an octree with over {n_nodes // 2} nodes", ADVICE)
     new = Growing(
         np.zeros((n_nodes, 6)), np.zeros((n_nodes, 3)), np.full(n_nodes, -1, np.int32),
         np.zeros(n_nodes, np.int64), np.zeros(n_nodes, np.int64), np.zeros(n_nodes, np.uint8),
+        np.zeros(n_nodes),
         np.empty(n_references, np.int32) if old is None else old.arena,
         make_frontier(n_nodes, order) if old is None else enlarged(old.frontier, n_nodes),
         np.zeros(2, np.int64) if old is None else old.used,
     )  # fmt: skip
     if old is not None:
-        for mine, theirs in zip(new[:6], old[:6], strict=True):
+        for mine, theirs in zip(new[:7], old[:7], strict=True):
             mine[: len(theirs)] = theirs
     return new
 

@@ -4,6 +4,16 @@ A cell is a candidate if it has more than M triangles and lies above depth K. Ca
 frontier of one of three disciplines: a stack splits depth-first, a FIFO queue breadth-first, a
 priority queue the cell of the highest cost SA n first. The order matters only where a budget of
 cells ends the building early: the queue then has refined evenly, the stack only one corner.
+
+A cut lists triangles on both sides of the plane. Where they meet in one point, are long or alike,
+cut after cut multiplies them and helps nobody. So there may be a limit of references, `duplication`
+times N of N triangles, of which every cell has a *share*: the root the whole, and children divide
+their parent's in proportion to their references. A cell stays a leaf where its children would have
+more than its share. For any scene, planes and order:
+
+- the shares of the leaves add up to the whole, so a tree never has more than its limit;
+- so do those of the cells that any one depth has waiting, which bounds the work, too;
+- a cell's children depend on its ancestors alone, so every order gives the same tree.
 """
 
 from __future__ import annotations
@@ -13,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...kernels import dispatched, implements, inner
-from ...settings import setting
+from ...settings import GIVEN, setting
 
 DEPTH_FIRST, FIFO, PRIORITY = range(3)
 ORDERS = {"depth_first": DEPTH_FIRST, "fifo": FIFO, "priority": PRIORITY}
@@ -36,12 +46,13 @@ def order_setting() -> Any:
     return setting(
         "fifo",
         "Order",
-        "Which cell is split next; it matters where the budget ends the building",
+        "Which cell is split next, where the budget ends the building; a replay shows it anyway",
         choices={
             "fifo": "Breadth-first from a FIFO queue: the cells are refined evenly",
             "priority": "The cell of the highest cost, surface area times triangles, first",
             "depth_first": "Depth-first: the budget may go into one corner of the scene",
         },
+        only_for={"budget": GIVEN},
     )
 
 

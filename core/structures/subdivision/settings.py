@@ -37,6 +37,7 @@ def links_setting() -> Any:
             "found": "Up to the nearest common ancestor, then down: nothing is stored",
             "stored": "By ropes: every leaf has a pointer to the neighbour behind each face",
         },
+        only_for={"walk": ("neighbours",)},
     )
 
 
@@ -70,6 +71,36 @@ def depth_limit(max_depth: int, count: int) -> int:
     return max_depth if max_depth >= 0 else round(8 + 1.3 * np.log2(count))
 
 
+def duplication_setting(automatic: int) -> Any:
+    """Declare the limit of references per triangle (see :mod:`.frontier`).
+
+    Parameters
+    ----------
+    automatic : int
+        The limit that :func:`most_references` is given where none is set.
+    """
+    return setting(
+        -1.0,
+        "Duplication",
+        "Most references per triangle: a cell whose children would exceed its share is not cut; "
+        f"0 sets no limit, -1 sets {automatic} where Max Depth is left open and none where it is "
+        "given",
+        minimum=-1.0,
+        maximum=1e9,
+        unset="auto",
+    )
+
+
+def most_references(duplication: float, max_depth: int, count: int, automatic: int) -> float:
+    """Return how many references a tree over `count` triangles may have, inf for any number.
+
+    Who gives a depth wants to see it, and without a limit gets it, whatever it costs.
+    """
+    if duplication < 0.0:
+        duplication = automatic if max_depth < 0 else 0.0
+    return duplication * count if duplication > 0.0 else np.inf
+
+
 def leaf_size_setting(default: int) -> Any:
     """Declare M, the number of triangles that may stay together."""
     return setting(
@@ -82,14 +113,15 @@ def leaf_size_setting(default: int) -> Any:
     )
 
 
-def empty_bonus_setting(default: float) -> Any:
-    """Declare the bonus for cutting off empty space."""
+def empty_bonus_setting(default: float, planes: tuple[str, ...]) -> Any:
+    """Declare the bonus for cutting off empty space, of `planes` that go by cost."""
     return setting(
         default,
         "Empty Bonus",
-        "Share of the cost that a plane with an empty side is let off, where planes go by cost",
+        "Share of the cost that a plane with an empty side is let off",
         minimum=0.0,
         maximum=1.0,
+        only_for={"planes": planes},
     )
 
 
