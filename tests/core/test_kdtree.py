@@ -319,17 +319,19 @@ def test_bad_scenes_under_the_heuristic(build, name, text):
 @pytest.mark.parametrize("name", ["one plane", "through one point", "long", "identical"])
 @pytest.mark.parametrize("planes", ["cyclic", "longest", "object_median"])
 def test_bad_scenes_under_static_rules(build, name, planes, monkeypatch):
-    """Where no split helps, the number of references explodes, which is refused."""
+    """Where no split helps, references are limited; without a limit they explode: refused."""
     monkeypatch.setattr(kdtree.builder, "MOST_REFERENCES", 1 << 19)
     scene = Scene.from_triangles(bad_scene(name), name)
     text = f"planes={planes}"
     if name != "long":
-        with pytest.raises(InputError, match="lower max_depth, raise max_leaf_size or set a bud"):
-            build("kdtree", scene, text)
-        text += ",max_depth=5"
-    tree = build("kdtree", scene, text)
-    assert tree.validate() == []
-    trace_like_naive(build, scene, tree)
+        with pytest.raises(
+            InputError, match="lower max_depth, raise max_leaf_size or set a bud.*du"
+        ):
+            build("kdtree", scene, f"{text},duplication=0")
+    for cure in (text, f"{text},duplication=0,max_depth=5"):
+        tree = build("kdtree", scene, cure)
+        assert tree.validate() == []
+        trace_like_naive(build, scene, tree)
 
 
 @pytest.mark.parametrize("planes", PLANES)
@@ -345,7 +347,9 @@ def test_100_000_triangles_through_one_point(build, planes, monkeypatch):
         trace_like_naive(build, scene, tree, 20)
         return
     with pytest.raises(InputError, match="lower max_depth, raise max_leaf_size or set a bud"):
-        build("kdtree", scene, f"planes={planes}")
+        build("kdtree", scene, f"planes={planes},duplication=0")
+    tree = build("kdtree", scene, f"planes={planes}")
+    assert len(tree.arrays.tree.references) <= kdtree.DUPLICATION * len(scene)
 
 
 @pytest.mark.parametrize("planes", PLANES)

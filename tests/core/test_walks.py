@@ -26,19 +26,36 @@ from accelscope.core.structures.subdivision.frontier import (
     put,
 )
 
-WALKS = [
-    ("recursive", "found"), ("march", "found"), ("segments", "found"), ("heap", "found"),
-    ("neighbours", "found"), ("neighbours", "stored"),
-]  # fmt: skip
-STORAGES = ("pointer", "implicit", "linear", "hash")
-TREES = [
-    ("octree", f"max_depth=5,max_leaf_size=3,storage={storage},planes={planes}")
-    for storage, planes in itertools.product(STORAGES, ("middle", "adaptive"))
+
+def choices(name, key):
+    return list(structures()[name].Settings.__dataclass_fields__[key].metadata["choices"])
+
+
+WALKS = [(walk, "found") for walk in choices("octree", "walk")] + [("neighbours", "stored")]
+STORED = [
+    ("octree", f"max_depth=5,max_leaf_size=3,assignment=box,storage={storage},planes={planes}")
+    for storage, planes in itertools.product(
+        choices("octree", "storage"), choices("octree", "planes")
+    )
 ]
-TREES += [("octree", "max_depth=4,max_leaf_size=1,padding=0,overlap=open")]
-TREES += [("octree", "max_depth=4,max_leaf_size=1,padding=0,assignment=exact")]
-if "kdtree" in structures():
-    TREES += [("kdtree", f"planes={p}") for p in ("cyclic", "longest", "object_median", "sah")]
+"""Storages take the same steps in the same tree, for which two of them are enough in long tests."""
+
+OPEN_AND_EXACT = [
+    ("octree", "max_depth=4,max_leaf_size=1,padding=0,assignment=box,overlap=open"),
+    ("octree", "max_depth=4,max_leaf_size=1,padding=0,assignment=exact"),
+]
+KDTREES = [("kdtree", f"planes={planes}") for planes in choices("kdtree", "planes")]
+TREES = [*STORED, *OPEN_AND_EXACT, *KDTREES]
+MIDDLE, ADAPTIVE = STORED[0], STORED[-1]
+
+
+def test_nothing_is_left_out():
+    assert choices("kdtree", "walk") == choices("octree", "walk")
+    assert len(WALKS) >= 6
+    assert len(STORED) >= 8
+    assert len(KDTREES) >= 4
+    assert MIDDLE[1].endswith("storage=pointer,planes=middle")
+    assert ADAPTIVE[1].endswith("storage=hash,planes=adaptive")
 
 
 @functools.cache
@@ -77,7 +94,7 @@ def test_hits_are_those_of_brute_force(lab, scene_name, name, text):
         assert lab.differences(wall_names, at_walls, got) == {}, (walk, links, mailbox)
 
 
-@pytest.mark.parametrize(("name", "text"), [TREES[0], TREES[3], *TREES[8:]])
+@pytest.mark.parametrize(("name", "text"), [MIDDLE, ADAPTIVE, *OPEN_AND_EXACT, *KDTREES])
 @pytest.mark.parametrize("query", [CLOSEST, ALL])
 def test_all_walks_visit_the_same_leaves(lab, scene_name, name, text, query):
     tree = tree_of(lab, scene_name, name, text)
@@ -96,7 +113,7 @@ def test_all_walks_visit_the_same_leaves(lab, scene_name, name, text, query):
             assert counters["N_ETS"].tolist() == [len(each) for each in got]
 
 
-@pytest.mark.parametrize(("name", "text"), [TREES[0], *TREES[10:]])
+@pytest.mark.parametrize(("name", "text"), [MIDDLE, *KDTREES])
 @pytest.mark.parametrize(("walk", "links"), WALKS)
 @pytest.mark.parametrize("mailbox", [False, True])
 def test_recording_is_counting(lab, name, text, walk, links, mailbox):
@@ -113,7 +130,7 @@ def test_recording_is_counting(lab, name, text, walk, links, mailbox):
 
 
 @pytest.mark.parametrize(("walk", "links"), WALKS)
-@pytest.mark.parametrize(("name", "text"), [TREES[0], *TREES[10:]])
+@pytest.mark.parametrize(("name", "text"), [MIDDLE, *KDTREES])
 def test_segments_partition_the_ray(lab, name, text, walk, links):
     """Consecutive leaves touch exactly, and their boxes are where the ray says it is."""
     tree = walked(tree_of(lab, "suzanne", name, text), walk, links)
@@ -135,7 +152,7 @@ def test_segments_partition_the_ray(lab, name, text, walk, links):
         assert (leave - enter).sum() == pytest.approx(chord, rel=1e-9)
 
 
-@pytest.mark.parametrize(("name", "text"), [TREES[0], TREES[3], *TREES[10:]])
+@pytest.mark.parametrize(("name", "text"), [MIDDLE, ADAPTIVE, *KDTREES])
 def test_steps_of_the_walks(lab, name, text):
     """March from the root: the sum of depth + 1 over the leaves. The heap is as good as the stack,
     links save going up, and finding a neighbour never costs more than the whole way down."""
@@ -158,7 +175,7 @@ def test_steps_of_the_walks(lab, name, text):
     assert (steps["neighbours", "stored"] <= steps["neighbours", "found"]).all()
 
 
-@pytest.mark.parametrize(("name", "text"), [TREES[0], TREES[3], *TREES[10:]])
+@pytest.mark.parametrize(("name", "text"), [MIDDLE, ADAPTIVE, *KDTREES])
 def test_ropes_lead_through_the_whole_face(lab, scene_name, name, text):
     tree = walked(tree_of(lab, scene_name, name, text), "neighbours", "stored")
     ropes, boxes, root = tree.arrays.ropes, tree.arrays.boxes, tree.arrays.tree.box
@@ -242,7 +259,7 @@ def take(frontier, order, waiting, keys, handed):
 
 @pytest.mark.skipif(not HAS_NUMBA, reason="compares with compiled kernels")
 def test_walks_start_with_the_root(lab):
-    tree = tree_of(lab, "tetra", *TREES[0])
+    tree = tree_of(lab, "tetra", *MIDDLE)
     rays, _, _, _ = lab.truth("tetra")
     for walk, links in WALKS:
         steps = walked(tree, walk, links).record(rays, 3, ALL)

@@ -48,7 +48,7 @@ from .planes import make_scratch
 from .polyhedron import Polyhedra, make_polyhedra
 from .references import Lists
 
-ADVICE = "lower max_depth, raise max_leaf_size or set duplication or a budget"
+ADVICE = "lower max_depth, raise max_leaf_size or set a budget or duplication"
 
 MOST_REFERENCES = 1 << 22
 """References at which a tree is refused, unless the scene has a sixteenth as many triangles."""
@@ -242,9 +242,14 @@ def grow_tree(
             for future in subtrees.values():
                 future.cancel()
     pieces = {node: future.result() for node, future in subtrees.items()}
-    grown = joined(top.finished(), pieces) if pieces else top.finished()
+    grown = top.finished()
+    if pieces:
+        grown = joined(grown, pieces)
+        meter.report()
+    if not in_order:
+        grown = numbered(grown, order)
     progress.report(1.0, 1.0, "Building bsp")
-    return grown if in_order else numbered(grown, order)
+    return grown
 
 
 # ------------------------------------------------------------------------------------- memory

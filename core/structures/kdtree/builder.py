@@ -232,7 +232,7 @@ class Meter:
             if sum(tuple(counts.values())) > most:
                 raise InputError(
                     f"the kdtree has more than {most} {what} {self.total} triangles; "
-                    "lower max_depth, raise max_leaf_size or set duplication or a budget"
+                    "lower max_depth, raise max_leaf_size or set a budget or duplication"
                 )
         if self.stopped:
             raise Cancelled

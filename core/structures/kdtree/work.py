@@ -220,7 +220,7 @@ def with_room(
         row_bytes = sum(getattr(work, name)[:1].nbytes for name in names)
         refuse_if_too_large(
             length * row_bytes, f"a kdtree over {total} triangles",
-            "lower max_depth, raise max_leaf_size or set duplication or a budget",
+            "lower max_depth, raise max_leaf_size or set a budget or duplication",
         )  # fmt: skip
         for name in names:
             old = getattr(work, name)

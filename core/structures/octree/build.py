@@ -31,7 +31,7 @@ from .assignment import octant_box, octants_of
 from .planes import choose_plane
 from .storage import BuiltTree
 
-ADVICE = "lower max_depth, raise max_leaf_size or set duplication or a budget"
+ADVICE = "lower max_depth, raise max_leaf_size or set a budget or duplication"
 
 NODES_PER_TRIANGLE, MOST_NODES = 16, 1 << 23
 REFERENCES_PER_TRIANGLE, MOST_REFERENCES = 64, 1 << 25
