@@ -42,7 +42,10 @@ def test_every_choice_of_planes(name, planes, make):
     references = tree.arrays.tree.references
     assert len(references) <= (24 if name == "octree" else 16) * count
     assert len(np.unique(references)) == count
-    assert tree.statistics().sah < count
+    if (
+        planes != "object_median"
+    ):  # which looks at no cost, and where all middles are one helps none
+        assert tree.statistics().sah < count
 
 
 def test_object_median_without_a_leaf_size():
