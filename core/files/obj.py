@@ -13,7 +13,6 @@ import contextlib
 import itertools
 import re
 from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -74,7 +73,7 @@ class Text:
 class Statements:
     """What stands in a file, words still; `..._lines` are indices of lines of the text."""
 
-    vertices: list[list[bytes]] = field(default_factory=list)
+    vertices: list[bytes] = field(default_factory=list)  # three words each
     vertex_lines: list[int] = field(default_factory=list)
     corners: list[bytes] = field(default_factory=list)
     sizes: list[int] = field(default_factory=list)  # of faces
@@ -113,7 +112,7 @@ def statements_of(text: Text) -> Statements:
             continue
         keyword = words[0]
         if keyword == b"v":
-            found.vertices.append(words[1:4])  # colours or a weight may follow
+            found.vertices += words[1:4]  # colours or a weight may follow
             found.vertex_lines.append(index)
         elif keyword == b"f" or keyword == b"fo":
             if b"#" in line:
@@ -121,7 +120,7 @@ def statements_of(text: Text) -> Statements:
             found.corners += words[1:]
             found.sizes.append(len(words) - 1)
             found.face_lines.append(index)
-            found.vertices_above.append(len(found.vertices))
+            found.vertices_above.append(len(found.vertex_lines))
         elif keyword in NAMING:
             names = list(found.runs[-1][1])
             names[NAMING[keyword]] = b" ".join(words[1:])
@@ -141,8 +140,9 @@ def _begin_run(found: Statements, key: Key) -> None:
 
 def _vertices(found: Statements, text: Text) -> np.ndarray:
     """Return the vertices, (n, 3) float64."""
-    with contextlib.suppress(ValueError):
-        return floats_of(itertools.chain.from_iterable(found.vertices)).reshape(-1, 3)
+    if len(found.vertices) == 3 * len(found.vertex_lines):
+        with contextlib.suppress(ValueError):
+            return floats_of(found.vertices).reshape(-1, 3)
     # A number too few or none at all, or a comment that touches a number.
     rows = []
     for index in found.vertex_lines:
@@ -160,9 +160,9 @@ def _vertices(found: Statements, text: Text) -> np.ndarray:
 
 def _corners(found: Statements, text: Text, sizes: np.ndarray, n_vertices: int) -> np.ndarray:
     """Return the vertex of every corner of every face, counted from 0, (n,) int64."""
-    words: Iterable[bytes] = found.corners
-    if any(b"/" in word for word in found.corners):
-        words = (word.partition(b"/")[0] for word in found.corners)
+    words = found.corners
+    if any(b"/" in word for word in words):
+        words = [word.partition(b"/")[0] for word in words]
     try:
         numbers = integers_of(words)
     except ValueError:

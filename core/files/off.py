@@ -9,6 +9,7 @@ Geomview manual, "OFF: Object File Format", The Geometry Center, 1998.
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
@@ -16,7 +17,7 @@ import numpy as np
 
 from .contents import BrokenFile, Contents, Piece, counted, note_small_faces, triangles_of_faces
 from .rows import Column, read_rows
-from .text import bytes_of, integer_of, integers_of, numbers_in
+from .text import Lines, bytes_of, integer_of, integers_of, lines_of, numbers_in
 
 KEYWORD = re.compile(rb"\s*(?:#[^\n]*\n\s*)*((?:ST|C|N|4|n)*)OFF[ \t]*(BINARY)?")
 
@@ -34,31 +35,33 @@ def read_off(path: Path) -> Contents:
     kind, begin = (found[1], found.end()) if found else (b"", 0)
     n_lines = data.count(b"\n", 0, begin)
     # The keyword's line may go on with the counts, also with no blank between ("OFF6 2 0").
-    split = [line.partition(b"#")[0].split() for line in data[begin:].split(b"\n")]
-    numbers = [number for number, words in enumerate(split, n_lines + 1) if words]
-    rows = [words for words in split if words]
+    lines = lines_of(data[begin:], n_lines, comment=b"#")
+    first = 0
     if b"n" in kind:
-        if not rows or len(rows[0]) != 1:
-            raise BrokenFile("'nOFF' has to say how many dimensions there are")
-        _refuse_dimensions(integer_of(rows[0][0], "the number of dimensions"))
-        rows, numbers = rows[1:], numbers[1:]
-    if not rows or not 2 <= len(rows[0]) <= 3:
-        raise BrokenFile("it does not begin with 'OFF' and the numbers of vertices and faces")
-    n_vertices = integer_of(rows[0][0], "the number of vertices")
-    n_faces = integer_of(rows[0][1], "the number of faces")
-    if len(rows) - 1 < n_vertices + n_faces:
+        _refuse_dimensions(_counts(lines, 0, 1, 1)[0])
+        first = 1
+    n_vertices, n_faces, *_ = _counts(lines, first, 2, 3)
+    first += 1
+    last = first + n_vertices + n_faces
+    if len(lines.texts) < last:
         raise BrokenFile(
             f"it announces {n_vertices} vertices and {n_faces} faces, a line each, but has only "
-            f"{counted(len(rows) - 1, 'line')} of them"
+            f"{counted(len(lines.texts) - first, 'line')} of them"
         )
-    rows, numbers = rows[1:], numbers[1:]
-    vertices = _vertices(rows[:n_vertices], numbers, b"4" in kind)
-    last = n_vertices + n_faces
-    corners, sizes = _faces(rows[n_vertices:last], numbers[n_vertices:])
+    vertices = _vertices(lines.part(first, first + n_vertices), 4 if b"4" in kind else 3)
+    corners, sizes = _faces(lines.part(first + n_vertices, last))
     notes = note_small_faces(sizes)
-    if len(rows) > last:
-        notes.append(f"not read: {counted(len(rows) - last, 'line')} behind the last face")
+    if len(lines.texts) > last:
+        notes.append(f"not read: {counted(len(lines.texts) - last, 'line')} behind the last face")
     return Contents([Piece(path.stem, triangles_of_faces(vertices, corners, sizes))], notes)
+
+
+def _counts(lines: Lines, index: int, least: int, most: int) -> list[int]:
+    """Return the whole numbers in a line of the header."""
+    words = lines.texts[index].split() if index < len(lines.texts) else []
+    if not least <= len(words) <= most:
+        raise BrokenFile("it does not begin with 'OFF' and the numbers of vertices and faces")
+    return [integer_of(word, f"line {lines.numbers[index]}: a count") for word in words]
 
 
 def _refuse_dimensions(dimensions: int) -> None:
@@ -66,13 +69,15 @@ def _refuse_dimensions(dimensions: int) -> None:
         raise BrokenFile(f"it has {dimensions} dimensions, not three")
 
 
-def _vertices(rows: list[list[bytes]], numbers: list[int], is_homogeneous: bool) -> np.ndarray:
-    """Return the vertices, (n, 3) float64, of rows with the given numbers of their lines."""
-    n = 4 if is_homogeneous else 3
-    for row, number in zip(rows, numbers):
+def _vertices(lines: Lines, n: int) -> np.ndarray:
+    """Return the vertices, (n_vertices, 3) float64, of lines with `n` coordinates and more."""
+    words: list[bytes] = []
+    for text, number in zip(*lines):
+        row = text.split()
         if len(row) < n:
             raise BrokenFile(f"line {number}: a vertex has {len(row)} of {n} coordinates")
-    return _flattened(numbers_in([row[:n] for row in rows], numbers).reshape(-1, n))
+        words += row[:n]
+    return _flattened(numbers_in(words, itertools.repeat(n), lines.numbers).reshape(-1, n))
 
 
 def _flattened(vertices: np.ndarray) -> np.ndarray:
@@ -83,17 +88,19 @@ def _flattened(vertices: np.ndarray) -> np.ndarray:
         return vertices[:, :3] / vertices[:, 3:]
 
 
-def _faces(rows: list[list[bytes]], numbers: list[int]) -> tuple[np.ndarray, np.ndarray]:
+def _faces(lines: Lines) -> tuple[np.ndarray, np.ndarray]:
     """Return the corners of all faces, one after the other, and how many each has."""
-    sizes = numbers_in([row[:1] for row in rows], numbers, integers_of)
-    lengths = np.array([len(row) - 1 for row in rows], dtype=np.int64)
-    wrong = np.flatnonzero((sizes < 0) | (sizes > lengths))
-    if len(wrong):
-        at = wrong[0]
-        raise BrokenFile(f"line {numbers[at]}: a face of {sizes[at]} corners names {lengths[at]}")
-    # Colours may follow.
-    named = [row[1 : 1 + size] for row, size in zip(rows, sizes.tolist())]
-    return numbers_in(named, numbers, integers_of), sizes
+    words: list[bytes] = []
+    sizes = []
+    for text, number in zip(*lines):
+        row = text.split()
+        size = integer_of(row[0], f"line {number}: the number of a face's corners")
+        if size >= len(row):
+            raise BrokenFile(f"line {number}: a face of {size} corners names {len(row) - 1}")
+        words += row[1 : 1 + size]  # a colour may follow
+        sizes.append(size)
+    corners = numbers_in(words, sizes, lines.numbers, integers_of)
+    return corners, np.array(sizes, dtype=np.int64)
 
 
 def _read_binary(path: Path, data: bytes, found: re.Match[bytes]) -> Contents:

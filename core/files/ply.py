@@ -24,7 +24,16 @@ from .contents import (
     triangles_of_strip,
 )
 from .rows import Column, Lists, read_rows
-from .text import floats_of, integer_of, integers_of, name_of, numbers_in, shown
+from .text import (
+    Lines,
+    floats_of,
+    integer_of,
+    integers_of,
+    lines_of,
+    name_of,
+    numbers_in,
+    shown,
+)
 
 TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
@@ -34,6 +43,8 @@ TYPES = {
 """Names of types. Those of 64 bit integers are not in the specification, but in files."""
 
 BYTE_ORDERS = {b"ascii": "", b"binary_little_endian": "<", b"binary_big_endian": ">"}
+
+COORDINATES = ("x", "y", "z")
 
 INDICES = ("vertex_indices", "vertex_index")
 
@@ -74,7 +85,8 @@ def read_ply(path: Path) -> Contents:
     notes += [f"not read: {line}" for line in header.unknown]
     vertices, pieces = np.zeros((0, 3)), []
     if "vertex" in tables:
-        vertices = np.stack([_numbers(tables["vertex"], "vertex", axis) for axis in "xyz"], axis=1)
+        axes = [_numbers(tables["vertex"], "vertex", axis) for axis in COORDINATES]
+        vertices = np.stack(axes, axis=1)
     for name in tables:  # in the order of the file
         if name == "face":
             values, sizes = _lists(tables[name], name)
@@ -191,71 +203,49 @@ def _binary_rows(data: bytes, header: Header) -> tuple[dict[str, Table], list[st
 
 
 def _text_rows(data: bytes, header: Header) -> tuple[dict[str, Table], list[str]]:
-    body = data[header.size :].replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
-    split = [line.split() for line in body]
-    numbers = [number for number, words in enumerate(split, header.n_lines + 1) if words]
-    rows = [words for words in split if words]
+    body = data[header.size :].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    lines = lines_of(body, header.n_lines)
     tables: dict[str, Table] = {}
     first = 0
     for element in header.elements:
         last = first + element.count if element.columns else first
-        if last > len(rows):
+        if last > len(lines.texts):
             raise BrokenFile(
                 f"it announces {element.count} times '{element.name}', but ends after "
-                f"{len(rows) - first}"
+                f"{len(lines.texts) - first}"
             )
-        tables[element.name] = _table(element, rows[first:last], numbers[first:last])
+        tables[element.name] = _table(element, lines.part(first, last))
         first = last
-    extra = len(rows) - first
+    extra = len(lines.texts) - first
     return tables, [f"not read: {counted(extra, 'line')} behind the last element"] if extra else []
 
 
-def _table(element: Element, rows: list[list[bytes]], numbers: list[int]) -> Table:
-    """Return the columns of rows of text that are of use.
-
-    Parameters
-    ----------
-    numbers : list of int
-        The number of each row's line.
-    """
-    words: dict[str, list[list[bytes]]] = {column.name: [] for column in element.columns}
-    sizes: dict[str, list[int]] = {column.name: [] for column in element.columns if column.length}
-    if not sizes and all(len(row) == len(element.columns) for row in rows):
-        words = {
-            column.name: [row[k : k + 1] for row in rows]
-            for k, column in enumerate(element.columns)
-        }
-    else:
-        for row, number in zip(rows, numbers):
-            _sort_row(row, number, element, words, sizes)
+def _table(element: Element, lines: Lines) -> Table:
+    """Return the columns of rows of text that are of use."""
+    columns = element.columns
+    words: list[list[bytes]] = [[] for _ in columns]
+    sizes: list[list[int]] = [[] for _ in columns]
+    for text, number in zip(*lines):
+        row = text.split()
+        place = 0
+        for column, column_words, column_sizes in zip(columns, words, sizes):
+            size = 1
+            if column.length is not None and place < len(row):
+                size = integer_of(row[place], f"line {number}: the length of a list")
+                place += 1
+            column_sizes.append(size)
+            column_words += row[place : place + size]
+            place += size
+        if place != len(row):
+            raise BrokenFile(
+                f"line {number}: '{element.name}' takes {place} numbers, there are {len(row)}"
+            )
     table: Table = {}
-    for column in element.columns:
-        if column.name not in {*"xyz", *INDICES}:
-            continue
-        convert = floats_of if column.length is None or column.item.kind == "f" else integers_of
-        values = numbers_in(words[column.name], numbers, convert)
-        if column.length is not None:
-            table[column.name] = Lists(values, np.array(sizes[column.name], dtype=np.int64))
-        else:
-            table[column.name] = values
+    for column, column_words, column_sizes in zip(columns, words, sizes):
+        if column.name in COORDINATES or column.name in INDICES:
+            is_whole = column.length is not None and column.item.kind != "f"
+            convert = integers_of if is_whole else floats_of
+            values = numbers_in(column_words, column_sizes, lines.numbers, convert)
+            counts = np.array(column_sizes, dtype=np.int64)
+            table[column.name] = values if column.length is None else Lists(values, counts)
     return table
-
-
-def _sort_row(
-    row: list[bytes], number: int, element: Element, words: dict[str, list[list[bytes]]],
-    sizes: dict[str, list[int]],
-) -> None:  # fmt: skip
-    """Add the words of a row to those of each column."""
-    place = 0
-    for column in element.columns:
-        size = 1
-        if column.length is not None and place < len(row):
-            size = integer_of(row[place], f"line {number}: the length of a list")
-            sizes[column.name].append(size)
-            place += 1
-        words[column.name].append(row[place : place + size])
-        place += size
-    if place != len(row):
-        raise BrokenFile(
-            f"line {number}: '{element.name}' takes {place} numbers, there are {len(row)}"
-        )

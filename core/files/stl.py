@@ -9,18 +9,27 @@ too; it is known by its length.
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
 import numpy as np
 
 from .contents import BrokenFile, Contents, Piece
-from .text import bytes_of, name_of, numbers_in, shown
+from .text import bytes_of, floats_of, name_of, shown
 
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
-FACET = [b"facet", b"outer", b"vertex", b"vertex", b"vertex", b"endloop", b"endfacet"]
-"""What the lines of a facet begin with."""
+FACET = (
+    b"facet normal . . . outer loop vertex . . . vertex . . . vertex . . . endloop endfacet".split()
+)
+"""The words of a facet; a point stands for a number."""
+
+CORNERS = [8, 9, 10, 12, 13, 14, 16, 17, 18]
+"""Which of them are the corners' coordinates."""
+
+NAMED = re.compile(rb"^[ \t]*(end[ \t]*)?solid\b([^\n]*)$", re.IGNORECASE | re.MULTILINE)
+"""The first and the last line of a solid, and its name, which may be any words."""
 
 
 def read_stl(path: Path) -> Contents:
@@ -37,8 +46,8 @@ def read_stl(path: Path) -> Contents:
         raise BrokenFile("it is neither text that begins with 'solid' nor long enough for binary")
     if size < 84 + RECORD.itemsize * announced:
         raise BrokenFile(
-            f"as binary STL it announces {announced} triangles, but ends within the "
-            f"{1 + (size - 84) // RECORD.itemsize}th"
+            f"as binary STL it announces {announced} triangles, but ends after "
+            f"{(size - 84) // RECORD.itemsize}"
         )
     contents = _read_binary(path, announced)
     extra = size - 84 - RECORD.itemsize * announced
@@ -48,7 +57,8 @@ def read_stl(path: Path) -> Contents:
 
 def _is_text(data: bytes) -> bool:
     """Say whether a file of this content can only be meant as text."""
-    return bool(re.match(rb"\s*solid\b[^\n]*(\n\s*(facet|endsolid|$)|\Z)", data, re.IGNORECASE))
+    begins = rb"\s*solid\b[^\n]*(\n\s*(facet|endsolid|$)|\Z)"
+    return b"\0" not in data and bool(re.match(begins, data, re.IGNORECASE))
 
 
 def _read_binary(path: Path, count: int) -> Contents:
@@ -57,47 +67,72 @@ def _read_binary(path: Path, count: int) -> Contents:
 
 
 def _read_text(path: Path) -> Contents:
-    lines = bytes_of(path).split(b"\n")
-    split = [line.split() for line in lines]
-    numbers = [number for number, words in enumerate(split, 1) if words]
-    rows = [words for words in split if words]
-    keywords = [words[0].lower() for words in rows]
+    data = bytes_of(path)
     pieces = []
-    first = 0
-    while first < len(rows):
-        if keywords[first] != b"solid":
-            raise BrokenFile(f"line {numbers[first]}: {shown(rows[first][0])} stands in no solid")
-        last = _end_of_solid(keywords, numbers, first)
-        corners = [rows[k + j][1:] for k in range(first + 1, last, len(FACET)) for j in (2, 3, 4)]
-        places = [numbers[k + j] for k in range(first + 1, last, len(FACET)) for j in (2, 3, 4)]
-        for words, place in zip(corners, places):
-            if len(words) != 3:
-                raise BrokenFile(f"line {place}: a vertex has {len(words)} coordinates, not three")
-        name = name_of(b" ".join(rows[first][1:])) or path.stem
-        pieces.append(Piece(name, numbers_in(corners, places).reshape(-1, 3, 3)))
-        first = last + 1
+    begin: re.Match[bytes] | None = None
+    place = 0
+    for found in NAMED.finditer(data):
+        is_end = found[1] is not None
+        if begin is None and (is_end or data[place : found.start()].strip()):
+            raise BrokenFile(f"{_line(data, place)}: something stands in no solid")
+        if begin is not None:
+            if not is_end:
+                raise BrokenFile(f"{_line(data, found.start())}: a solid begins within another")
+            name = name_of(begin[2]) or path.stem
+            pieces.append(Piece(name, _facets(data, begin.end(), found.start())))
+        begin, place = None if is_end else found, found.end()
+    if begin is not None:
+        raise BrokenFile(
+            f"it ends inside the solid that begins in {_line(data, begin.start())}: no 'endsolid' "
+            "follows"
+        )
+    if data[place:].strip():
+        raise BrokenFile(f"{_line(data, place)}: something stands behind the last solid")
     return Contents(pieces, [])
 
 
-def _end_of_solid(keywords: list[bytes], numbers: list[int], first: int) -> int:
-    """Return the row of the ``endsolid`` of the solid that begins in row `first`."""
+def _line(data: bytes, place: int) -> str:
+    """Return the line in which the next word from a byte on stands, such as ``"line 7"``."""
+    blanks = len(data[place:]) - len(data[place:].lstrip())
+    number = 1 + data.count(b"\n", 0, place + blanks)
+    return f"line {number}"
+
+
+def _facets(data: bytes, begin: int, end: int) -> np.ndarray:
+    """Return the triangles, (n, 3, 3) float64, of the facets of a solid."""
+    words = data[begin:end].split()
+    count, rest = divmod(len(words), len(FACET))
+    for k, expected in enumerate(FACET):
+        column = words[k :: len(FACET)]
+        if expected == b"." or column.count(expected) == len(column):
+            continue
+        if any(word.lower() != expected for word in column):
+            raise _misplaced(data, begin, end)
+    if rest:
+        raise BrokenFile(f"{_line(data, end)}: the solid ends inside a facet")
     try:
-        last = keywords.index(b"endsolid", first)
+        numbers = [floats_of(words[k :: len(FACET)]) for k in CORNERS]
     except ValueError:
-        last = len(keywords)
-    facets = -(-(last - first - 1) // len(FACET))
-    wanted = FACET * facets
-    if keywords[first + 1 : last] != wanted[: last - first - 1]:
-        for found, expected, number in zip(keywords[first + 1 :], wanted, numbers[first + 1 :]):
-            is_cut = last == len(keywords) and number == numbers[-1]
-            if found != expected and not is_cut:
-                raise BrokenFile(
-                    f"line {number}: {shown(found)} where {shown(expected)} has to stand"
-                )
-    if last == len(keywords):
-        raise BrokenFile(
-            f"it ends inside the solid that begins in line {numbers[first]}: no 'endsolid' follows"
-        )
-    if len(wanted) != last - first - 1:
-        raise BrokenFile(f"line {numbers[last]}: the solid ends inside a facet")
-    return last
+        raise _misplaced(data, begin, end) from None
+    return np.stack(numbers, axis=1).reshape(count, 3, 3)
+
+
+def _misplaced(data: bytes, begin: int, end: int) -> BrokenFile:
+    """Return what is wrong with the first word that is not as a facet wants it."""
+    pattern = itertools.cycle(FACET)
+    for found, expected in zip(re.finditer(rb"\S+", data[begin:end]), pattern):
+        if expected != b"." and found[0].lower() != expected:
+            wanted = f"where {shown(expected)} has to stand"
+        elif expected == b"." and not _is_number(found[0]):
+            wanted = "is no number"
+        else:
+            continue
+        return BrokenFile(f"{_line(data, begin + found.start())}: {shown(found[0])} {wanted}")
+    raise AssertionError("every word is in its place")
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        return len(floats_of([word])) == 1
+    except ValueError:
+        return False

@@ -6,6 +6,7 @@ import codecs
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,6 +41,34 @@ def bytes_of(path: Path) -> bytes:
     return data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
+class Lines(NamedTuple):
+    """Lines of a file that are not blank, and their numbers, counted from 1."""
+
+    texts: list[bytes]
+    numbers: list[int]
+
+    def part(self, begin: int, end: int) -> Lines:
+        """Return some of them."""
+        return Lines(self.texts[begin:end], self.numbers[begin:end])
+
+
+def lines_of(data: bytes, n_before: int, comment: bytes = b"") -> Lines:
+    """Return the lines of a part of a file, without comments.
+
+    Parameters
+    ----------
+    n_before : int
+        How many lines stand before that part.
+    comment : bytes
+        What begins a comment, if anything does.
+    """
+    texts = data.split(b"\n")
+    if comment and comment in data:
+        texts = [text.partition(comment)[0] for text in texts]
+    filled = [number for number, text in enumerate(texts) if text and not text.isspace()]
+    return Lines([texts[number] for number in filled], [n_before + 1 + k for k in filled])
+
+
 def name_of(words: bytes) -> str:
     """Return a name in a file as text: UTF-8 if it is that, else Latin-1."""
     words = b" ".join(words.split())
@@ -55,7 +84,7 @@ def shown(words: bytes) -> str:
     return f"'{text}'" if len(words) <= 40 else f"'{text[:40]}...'"
 
 
-def floats_of(words: Iterable[bytes]) -> np.ndarray:
+def floats_of(words: Sequence[bytes]) -> np.ndarray:
     """Return numbers written in ASCII, (n,) float64.
 
     Raises
@@ -63,13 +92,11 @@ def floats_of(words: Iterable[bytes]) -> np.ndarray:
     ValueError
         If one is no number.
     """
-    words = list(words)
-    numbers = np.array(list(map(float, words)), dtype=np.float64)
     _refuse_underscores(words)
-    return numbers
+    return np.fromiter(map(float, words), np.float64, len(words))
 
 
-def integers_of(words: Iterable[bytes]) -> np.ndarray:
+def integers_of(words: Sequence[bytes]) -> np.ndarray:
     """Return whole numbers written in ASCII, (n,) int64.
 
     Raises
@@ -77,18 +104,16 @@ def integers_of(words: Iterable[bytes]) -> np.ndarray:
     ValueError
         If one is no whole number, or none that 64 bits can hold.
     """
-    words = list(words)
+    _refuse_underscores(words)
     try:
-        numbers = np.array(list(map(int, words)), dtype=np.int64)
+        return np.fromiter(map(int, words), np.int64, len(words))
     except OverflowError:
         raise ValueError("a number is too large") from None
-    _refuse_underscores(words)
-    return numbers
 
 
 def _refuse_underscores(words: Sequence[bytes]) -> None:
     """Refuse ``1_000``, which Python takes for a number but no file format does."""
-    if b"_" in b"".join(words):
+    if b"_" in b" ".join(words):
         raise ValueError("a number has an underscore in it")
 
 
@@ -106,16 +131,20 @@ def integer_of(word: bytes, what: str) -> int:
 
 
 def numbers_in(
-    rows: Sequence[Sequence[bytes]],
-    lines: Sequence[int],
-    convert: Callable[[Iterable[bytes]], np.ndarray] = floats_of,
+    words: Sequence[bytes],
+    sizes: Iterable[int],
+    lines: Iterable[int],
+    convert: Callable[[Sequence[bytes]], np.ndarray] = floats_of,
 ) -> np.ndarray:
-    """Return the numbers of rows, one after the other.
+    """Return the numbers that words in rows are.
 
     Parameters
     ----------
-    lines : sequence of int
-        The number of each row's line, for the message.
+    words : sequence of bytes
+        Row after row. Not a list for each row: hundreds of thousands of lists keep Python's
+        collector of garbage busy for longer than all of the reading takes.
+    sizes, lines : iterable of int
+        How many words each row has, and the number of its line, for the message.
     convert : function
         :func:`floats_of` or :func:`integers_of`.
 
@@ -125,10 +154,11 @@ def numbers_in(
         Naming the first line with a word that is no such number.
     """
     try:
-        return convert(itertools.chain.from_iterable(rows))
+        return convert(words)
     except ValueError:
-        for row, line in zip(rows, lines):
-            for word in row:
+        rest = iter(words)
+        for size, line in zip(sizes, lines):
+            for word in itertools.islice(rest, size):
                 try:
                     convert([word])
                 except ValueError:
