@@ -5,5 +5,6 @@ Nothing in here imports ``bpy``: the core is used and tested without Blender.
 - ``geometry``: triangles, boxes, rays and their intersection tests
 - ``structures``: one file per acceleration structure
 - ``evaluation``: workloads (named ray sets), experiments, records, pictures
-- ``reference``: Embree and trimesh as independent witnesses
+- ``files``: mesh files
+- ``reference``: Embree as an independent witness
 """

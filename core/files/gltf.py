@@ -186,10 +186,8 @@ class _Reader:
         joints = self._joint_matrices(entry["skin"]) if "skin" in entry else None
         for instance, matrix in zip(names, matrices):
             for shape in shapes:
-                is_skinned = joints is not None and shape.joints is not None
-                yield Placement(
-                    instance + shape.name, shape, joints if is_skinned else matrix[None]
-                )
+                moved_by = matrix[None] if joints is None or shape.joints is None else joints
+                yield Placement(instance + shape.name, shape, moved_by)
 
     def _instances(self, attributes: dict) -> np.ndarray:
         """Return the matrices, (n, 4, 4), of EXT_mesh_gpu_instancing."""
@@ -280,7 +278,8 @@ class _Reader:
         self, attributes: dict, n_vertices: int, where: str
     ) -> tuple[np.ndarray | None, np.ndarray | None]:
         """Return the joints of each vertex and their weights, which add up to 1."""
-        joints, weights = [], []
+        joints: list[np.ndarray] = []
+        weights: list[np.ndarray] = []
         while f"JOINTS_{len(joints)}" in attributes:
             k = len(joints)
             joints.append(self.document.accessor(attributes[f"JOINTS_{k}"], "VEC4"))

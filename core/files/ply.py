@@ -56,7 +56,7 @@ class Element(NamedTuple):
     """Rows of one kind."""
 
     name: str
-    count: int
+    n_rows: int
     columns: list[Column]
 
 
@@ -95,8 +95,8 @@ def read_ply(path: Path) -> Contents:
         elif name == "tristrips":
             pieces += _strips(vertices, *_lists(tables[name], name))
     for element in header.elements:
-        if element.name not in {"vertex", "face", "tristrips"} | UNSEEN and element.count:
-            notes.append(f"not read: {counted(element.count, 'element')} '{element.name}'")
+        if element.name not in {"vertex", "face", "tristrips"} | UNSEEN and element.n_rows:
+            notes.append(f"not read: {counted(element.n_rows, 'element')} '{element.name}'")
     triangles = np.concatenate([np.zeros((0, 3, 3)), *pieces])
     return Contents([Piece(path.stem, triangles)], notes)
 
@@ -197,7 +197,7 @@ def _binary_rows(data: bytes, header: Header) -> tuple[dict[str, Table], list[st
     place = header.size
     for element in header.elements:
         tables[element.name], place = read_rows(
-            bytes_, place, element.count, element.columns, f"'{element.name}'"
+            bytes_, place, element.n_rows, element.columns, f"'{element.name}'"
         )
     return tables, []
 
@@ -208,10 +208,10 @@ def _text_rows(data: bytes, header: Header) -> tuple[dict[str, Table], list[str]
     tables: dict[str, Table] = {}
     first = 0
     for element in header.elements:
-        last = first + element.count if element.columns else first
+        last = first + element.n_rows if element.columns else first
         if last > len(lines.texts):
             raise BrokenFile(
-                f"it announces {element.count} times '{element.name}', but ends after "
+                f"it announces {element.n_rows} times '{element.name}', but ends after "
                 f"{len(lines.texts) - first}"
             )
         tables[element.name] = _table(element, lines.part(first, last))

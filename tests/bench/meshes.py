@@ -10,7 +10,6 @@ from __future__ import annotations
 import functools
 import gzip
 import tarfile
-import warnings
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -126,10 +125,7 @@ def mesh(name: str) -> Scene:
     MISSING
         If it cannot be had on this machine.
     """
-    with warnings.catch_warnings():
-        # trimesh averages the textures of the kitchen, which are not there.
-        warnings.simplefilter("ignore", RuntimeWarning)
-        scene = MESHES[name]()
+    scene = MESHES[name]()
     rounded = scene.triangles.astype(np.float32).astype(np.float64)
     return Scene.from_triangles(rounded, name)
 

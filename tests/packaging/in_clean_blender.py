@@ -47,10 +47,10 @@ def main() -> None:
     report: dict[str, object] = {
         "python": sys.version_info[:2],
         "numpy": where("numpy"),
-        "wheels": {m: where(m) for m in ("numba", "llvmlite", "embreex", "trimesh")},
+        "wheels": {m: where(m) for m in ("numba", "llvmlite", "embreex")},
         "enabled": MODULE in bpy.context.preferences.addons,
         "operators": sorted(dir(bpy.ops.accelscope)),
-        "imported": sorted({"numba", "embreex", "trimesh"} & set(sys.modules)),
+        "imported": sorted({"numba", "embreex"} & set(sys.modules)),
     }
 
     added = registered() - before
