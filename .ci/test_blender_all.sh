@@ -18,7 +18,7 @@ while read -r blender next python; do
     .ci/venv.sh "$folder" "$python" --editable ".[extension,test]" \
         "bpy>=$blender,<$next" </dev/null || exit 1
     # A handler left behind makes Blender 4.5 hang when Python exits.
-    if timeout 1800 "$folder/bin/pytest" -m bpy </dev/null; then
+    if timeout 1800 "$folder/bin/pytest" -m "bpy and not exhaustive" </dev/null; then
         tested="$tested $blender"
     else
         failed="$failed $blender"

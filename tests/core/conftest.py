@@ -279,6 +279,26 @@ def any_differences(names, want, got):
     }
 
 
+SHARE = 4
+"""In a normal run a test of settings and something else takes every so many combinations."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Mark most of the combinations of settings with scenes, samples or queries as exhaustive.
+
+    The defaults of every structure go with everything; all other settings take turns, each with a
+    fourth of what there is, and another fourth than their neighbours.
+    """
+    for item in items:
+        indices = item.callspec.indices if hasattr(item, "callspec") else {}
+        if len(indices) < 2 or "variant" not in indices:
+            continue
+        _, text = item.callspec.params["variant"]
+        if text and sum(indices.values()) % SHARE:
+            item.add_marker(pytest.mark.exhaustive)
+
+
 def pytest_generate_tests(metafunc):
     """Give every test that asks for them all scenes and all structures with all settings."""
     if "scene_name" in metafunc.fixturenames:
