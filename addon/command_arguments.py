@@ -33,6 +33,9 @@ value; a value in quotes ends where they do: 'file:path=a,b.npz', 'file:path="a,
 Exit code 0: all was measured. 1: some was; the rest was refused, or stopped by Ctrl-C, with a line
 on standard error each, and has records with an error instead of figures. 2: nothing was measured,
 or a result could not be written; one line on standard error says why.
+
+In Blender, from scene.blend or any other file: blender scene.blend --command accelscope ... What
+Blender itself logs before a command begins is kept off standard output by blender --log-file FILE.
 """
 """What the help of every subcommand ends with."""
 
