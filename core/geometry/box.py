@@ -14,7 +14,6 @@ from ..kernels import call, implements, inlined, inner, kernel
 from ..outlines import corners_of
 from ..parallel import Team
 from ..progress import SILENT
-from .affine import checked, moved, rounding
 from .half_spaces import every_other
 from .polygons import Polygons, sides_of
 from .volume import MISS, fit, outside, prepare, span
@@ -172,17 +171,6 @@ class Boxes(NamedTuple):
     def neighbours(self) -> np.ndarray:
         """Return the half-spaces that may cut each face, (6, 5) int64."""
         return every_other(6)
-
-    def transformed(self, matrix: np.ndarray) -> Boxes:
-        """Return boxes around these under an affine (4, 4) matrix: around their moved corners.
-
-        Complex, says the lecture, and grows with every turn: a box turned by 45 degrees and back
-        is twice as wide.
-        """
-        matrix, corners = checked(matrix), corners_of(self.rows)
-        slack = rounding(corners, matrix)[:, None]
-        corners = moved(corners, matrix)
-        return Boxes(np.hstack([corners.min(axis=1) - slack, corners.max(axis=1) + slack]))
 
 
 @implements(fit, Boxes)

@@ -75,10 +75,6 @@ class Intersection(NamedTuple):
         """Return the half-spaces that may cut each face, (m, m - 1) int64: all others."""
         return every_other(self.half_spaces(np.arange(1)).shape[1])
 
-    def transformed(self, matrix: np.ndarray) -> Intersection:
-        """Return the intersections of the transformed members."""
-        return Intersection(self.first.transformed(matrix), self.second.transformed(matrix))
-
 
 class Union(NamedTuple):
     """Unions of volumes, member by member with the same number.
@@ -109,10 +105,6 @@ class Union(NamedTuple):
     def polygons(self, numbers: np.ndarray) -> Polygons:
         """Return the faces of all members of some unions."""
         return merged(self.first.polygons(numbers), self.second.polygons(numbers))
-
-    def transformed(self, matrix: np.ndarray) -> Union:
-        """Return the unions of the transformed members."""
-        return Union(self.first.transformed(matrix), self.second.transformed(matrix))
 
 
 def is_polyhedral(volumes: Any) -> bool:

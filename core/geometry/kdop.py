@@ -25,11 +25,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import implements
-from .affine import EPS, checked, moved, rounding
 from .box import surface_area
 from .half_spaces import faces_of, measured, tight_neighbours
 from .polygons import Polygons
-from .volume import MISS, fit, outside, prepare, slack_of, span
+from .volume import EPS, MISS, fit, outside, prepare, slack_of, span
 
 AXES = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
 CORNERS = [(1, 1, 1), (1, 1, -1), (1, -1, 1), (1, -1, -1)]
@@ -91,23 +90,6 @@ class KDOPs(NamedTuple):
         """Say of pairs whether the one contains the other, (m,) bool."""
         a, b = self.rows[parents], self.rows[children]
         return (a[:, 0::2] <= b[:, 0::2]).all(1) & (a[:, 1::2] >= b[:, 1::2]).all(1)
-
-    def transformed(self, matrix: np.ndarray) -> KDOPs:
-        """Return k-DOPs around these under an affine (4, 4) matrix.
-
-        The directions stay, so the moved corners are bounded anew.
-        """
-        matrix = checked(matrix)
-        # Thin faces, too: their corners may be nobody else's.
-        faces = faces_of(self, np.arange(len(self.rows)), thin=0.0)
-        rows = np.empty_like(self.rows)
-        for i in range(len(rows)):
-            first, last = np.searchsorted(faces.owners, (i, i + 1))
-            corners = faces.points[faces.offsets[first] : faces.offsets[last]][None]
-            along = moved(corners[0], matrix) @ self.directions.T
-            slack = 3.0 * rounding(corners, matrix)[0]
-            rows[i, 0::2], rows[i, 1::2] = along.min(axis=0) - slack, along.max(axis=0) + slack
-        return KDOPs(rows, self.directions)
 
 
 @implements(fit, KDOPs)

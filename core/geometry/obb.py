@@ -22,10 +22,9 @@ import numpy as np
 
 from ..kernels import implements, inner
 from ..outlines import UNIT_CORNERS
-from .affine import EPS, checked, moved, rounding
 from .half_spaces import every_other
 from .polygons import Polygons, sides_of
-from .volume import MISS, fit, outside, prepare, slack_of, span
+from .volume import EPS, MISS, fit, outside, prepare, slack_of, span
 
 LOW, HIGH = 9, 12
 """Columns of the bounds, behind those of the axes."""
@@ -88,25 +87,6 @@ class OBBs(NamedTuple):
     def neighbours(self) -> np.ndarray:
         """Return the half-spaces that may cut each face, (6, 5) int64."""
         return every_other(6)
-
-    def transformed(self, matrix: np.ndarray) -> OBBs:
-        """Return boxes around these under an affine (4, 4) matrix.
-
-        Turned, moved and scaled alike, a box remains one, and the result is exact. A sheared one
-        becomes a parallelepiped: the result has the first of its edges, and contains its corners.
-        """
-        matrix = checked(matrix)
-        corners = self.corners()
-        slack = rounding(corners, matrix)[:, None]
-        corners = moved(corners, matrix)
-        # The directions of the edges, made perpendicular by Gram and Schmidt, longest first.
-        edges = (matrix[:3, :3] @ self.axes().transpose(0, 2, 1)).transpose(0, 2, 1)
-        longest = np.argsort(-np.linalg.norm(edges, axis=2) * self.sizes(), axis=1, kind="stable")
-        edges = np.take_along_axis(edges, longest[:, :, None], axis=1)
-        axes = np.linalg.qr(edges.transpose(0, 2, 1))[0].transpose(0, 2, 1)
-        along = corners @ axes.transpose(0, 2, 1)
-        bounds = [along.min(axis=1) - slack, along.max(axis=1) + slack]
-        return OBBs(np.hstack([axes.reshape(-1, 9), *bounds]))
 
 
 # ----------------------------------------------------------------------------------------- fitting

@@ -24,9 +24,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import implements, inner
-from .affine import EPS, checked, moved, rounding
 from .polygons import Polygons, of_equal_size
-from .volume import MISS, fit, outside, prepare, slack_of, span
+from .volume import EPS, MISS, fit, outside, prepare, slack_of, span
 
 NOBODY = np.int64(-1)
 
@@ -78,18 +77,6 @@ class Spheres(NamedTuple):
         circles = rows[:, None, None, :3] + rows[:, None, None, 3:] * unit
         owners = np.repeat(np.arange(len(rows)), 3)
         return of_equal_size(circles.reshape(-1, GREAT_CIRCLE, 3), owners)
-
-    def transformed(self, matrix: np.ndarray) -> Spheres:
-        """Return spheres around these under an affine (4, 4) matrix.
-
-        The centre moves along; the radius grows by the longest axis of the ellipsoid.
-        """
-        matrix = checked(matrix)
-        centre, radius = self.rows[:, :3], self.rows[:, 3]
-        stretch = np.linalg.norm(matrix[:3, :3], ord=2) * (1.0 + 16 * EPS)
-        slack = rounding(centre[:, None], matrix)
-        radius = stretch * radius + slack
-        return self._replace(rows=np.column_stack([moved(centre, matrix), radius]))
 
 
 class SmallestSpheres(Spheres):

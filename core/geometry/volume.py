@@ -30,7 +30,12 @@ from up to a million scene sizes away.
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..kernels import dispatched, inlined, inner
+
+EPS = np.finfo(np.float64).eps
+"""Spacing of the numbers above 1: twice what one operation rounds, relatively."""
 
 MISS = float("inf")
 """What :func:`enter` returns for a ray that misses."""

@@ -12,7 +12,6 @@ A technique is one module in this folder with
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
@@ -429,6 +428,3 @@ class Structure(abc.ABC):
         """Return scratch memory for one thread."""
         mailbox = np.full(len(self.scene) if self.has_mailbox else 1, -1, dtype=np.int32)
         return Workspace(np.empty(STACK_SIZE, np.int32), np.empty(STACK_SIZE), mailbox)
-
-
-Builder = Callable[[Scene, Any, Progress], Structure]

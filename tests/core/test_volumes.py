@@ -6,7 +6,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from accelscope.core.errors import InputError
 from accelscope.core.evaluation.workloads import random_lines
 from accelscope.core.geometry import half_spaces
 from accelscope.core.geometry.box import Boxes, surface_area
@@ -268,57 +267,6 @@ def test_an_oriented_box_is_never_worse_than_an_aligned_one():
     oriented, aligned = fitted("obb", *objects).areas(), fitted("aabb", *objects).areas()
     assert (oriented <= aligned).all()
     assert (oriented < 0.9 * aligned).sum() > 2
-
-
-# ------------------------------------------------------------------------------------ transforming
-
-
-@pytest.mark.parametrize("kind", [*KINDS, *COMBINED])
-def test_a_transformed_volume_contains_the_transformed_object(kind):
-    rng = np.random.default_rng(5)
-    objects = awkward_objects()
-    volumes = fitted(kind, *objects)
-    for matrix in (turn([1, 2, 3], 1.0), np.diag([2.0, -0.5, 30.0, 1.0]), np.eye(4)):
-        matrix[:3, 3] = rng.normal(size=3)
-        if kind == "obb":
-            matrix[0, 1] += 0.3  # sheared
-        moved = volumes.transformed(matrix)
-        assert type(moved) is type(volumes)
-        for i, triangles in enumerate(objects):
-            there = triangles @ matrix[:3, :3].T + matrix[:3, 3]
-            one = moved_volume(moved, i)
-            assert not len(sticking_out(one, there, np.zeros(1, int), np.array([len(there)])))
-
-
-def moved_volume(volumes, index):
-    """One of several volumes."""
-    if isinstance(volumes, Intersection | Union):
-        return type(volumes)(*(moved_volume(member, index) for member in volumes))
-    return volumes._replace(rows=volumes.rows[index : index + 1].copy())
-
-
-def test_what_turns_without_loss():
-    objects = awkward_objects()[:4]
-    matrix = turn([1, 2, 3], 1.0)
-    for kind in ("sphere", "smallest_sphere", "obb"):
-        volumes = fitted(kind, *objects)
-        assert volumes.transformed(matrix).areas() == pytest.approx(volumes.areas(), rel=1e-9)
-    quarter = np.array([[0.0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
-    for kind in KINDS:
-        volumes = fitted(kind, *objects)
-        assert volumes.transformed(quarter).areas() == pytest.approx(volumes.areas(), rel=1e-9)
-    # A box turned by 45 degrees and back.
-    box = fitted("aabb", CUBE[None, :3]).transformed(turn([0, 0, 1], np.pi / 4))
-    assert box.areas()[0] > fitted("aabb", CUBE[None, :3]).areas()[0]
-
-
-@pytest.mark.parametrize(
-    "matrix", [np.eye(3), np.full((4, 4), np.nan), np.eye(4) + np.eye(4)[::-1], np.zeros((4, 4))]
-)
-def test_a_transformation_that_is_none_is_refused(matrix):
-    for kind in KINDS:
-        with pytest.raises(InputError, match=r"4 x 4|affine"):
-            fitted(kind, CUBE[None, :3]).transformed(matrix)
 
 
 # --------------------------------------------------------------------------------------- combining
