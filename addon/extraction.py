@@ -162,7 +162,7 @@ def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
 
 def has_members(view_layer: bpy.types.ViewLayer, scope: str) -> bool:
     """Say whether any object in scope may have geometry; cheap enough for a poll."""
-    return next(_objects_in_scope(view_layer, scope), None) is not None
+    return next(objects_in_scope(view_layer, scope), None) is not None
 
 
 def may_have_geometry(obj: bpy.types.Object) -> bool:
@@ -170,7 +170,8 @@ def may_have_geometry(obj: bpy.types.Object) -> bool:
     return obj.type in GEOMETRY_TYPES or obj.instance_type != "NONE"
 
 
-def _objects_in_scope(view_layer: bpy.types.ViewLayer, scope: str) -> Iterator[bpy.types.Object]:
+def objects_in_scope(view_layer: bpy.types.ViewLayer, scope: str) -> Iterator[bpy.types.Object]:
+    """Yield the objects in scope that may have geometry."""
     for obj in view_layer.objects:
         if not may_have_geometry(obj) or not obj.visible_get(view_layer=view_layer):
             continue

@@ -7,6 +7,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ..core.scene import POINT, Camera, Scene
+from . import extraction
 
 
 def add_scene(context: bpy.types.Context, scene: Scene, label: str) -> bpy.types.Collection:
@@ -36,6 +37,14 @@ def add_scene(context: bpy.types.Context, scene: Scene, label: str) -> bpy.types
         light.location = position
         collection.objects.link(light)
     return collection
+
+
+def hide_others(context: bpy.types.Context) -> list[str]:
+    """Hide all objects that a build would take; return their names."""
+    others = list(extraction.objects_in_scope(context.view_layer, extraction.VISIBLE))
+    for obj in others:
+        obj.hide_set(True, view_layer=context.view_layer)
+    return [obj.name for obj in others]
 
 
 def mesh_of(triangles: np.ndarray, name: str) -> bpy.types.Mesh:

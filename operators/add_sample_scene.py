@@ -7,12 +7,19 @@ from types import SimpleNamespace
 from typing import Any
 
 import bpy
+import numpy as np
+from bpy.props import BoolProperty
 
 from ..addon import generated, sample_objects
+from ..addon.viewport import look_at
 from ..addon.wording import in_panel
 from ..core.errors import InputError
+from ..core.outlines import corners_of
 from ..core.settings import has_effect
 from ..sample_scenes import samples
+
+MOST_NAMED = 3
+"""Hidden objects that the report names."""
 
 
 def settings_of(sample: str) -> dict[str, Any]:
@@ -28,7 +35,13 @@ def operator_properties() -> dict[str, Any]:
     """
     choices = {name: (sample.label, sample.summary) for name, sample in samples().items()}
     all_properties = {
-        "sample": generated.enum_of(choices, name="Sample Scene", default=next(iter(choices)))
+        "sample": generated.enum_of(choices, name="Sample Scene", default=next(iter(choices))),
+        "only": BoolProperty(
+            name="Only This Sample",
+            description="Hide all other objects that would be built over. Undo brings them back, "
+            "and so does Show Hidden Objects (Alt H)",
+            default=True,
+        ),
     }
     for sample in choices:
         for field, prop in settings_of(sample).items():
@@ -39,7 +52,10 @@ def operator_properties() -> dict[str, Any]:
 class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
     bl_idname = "accelscope.add_sample_scene"
     bl_label = "Add Sample Scene"
-    bl_description = "Add a generated scene with its camera and lights, in a collection of its own"
+    bl_description = (
+        "Add a generated scene with its camera and lights, in a collection of its own, hide other "
+        "objects and look at it"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     __annotations__ = operator_properties()
@@ -54,6 +70,7 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.use_property_split = True
         self.layout.prop(self, "sample")
+        self.layout.prop(self, "only")
         for field in dataclasses.fields(samples()[self.sample].Settings):
             row = self.layout.row()
             row.active = has_effect(field, self.group())
@@ -72,8 +89,16 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
         except (InputError, MemoryError) as error:
             self.report({"ERROR"}, in_panel(str(error)) or "Out of memory; lower the settings")
             return {"CANCELLED"}
+        text = f"{sample.label}: {len(scene)} triangles"
+        others = sample_objects.hide_others(context) if self.only else []
         sample_objects.add_scene(context, scene, sample.label)
-        self.report({"INFO"}, f"{sample.label}: {len(scene)} triangles")
+        if others:
+            text += f"; hidden, back with Alt H: {', '.join(others[:MOST_NAMED])}"
+            text += f" and {len(others) - MOST_NAMED} more" * (len(others) > MOST_NAMED)
+        if context.area is not None and context.area.type == "VIEW_3D":
+            box = np.concatenate([scene.lower, scene.upper])
+            look_at(context.area, corners_of(box[None])[0])
+        self.report({"INFO"}, text)
         return {"FINISHED"}
 
 

@@ -46,6 +46,9 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
         step = row.row()
         step.active = display.replay
         draw_range(step, display, "step", "")
+        if drawable is not None and drawable.n_planes == 0 and drawable.extent.last_step is None:
+            text = "Planes and Replay: of kd-trees, octrees and BSP trees"
+            draw_wrapped(layout, text, "INFO", context.region.width)
         column = layout.column()
         column.prop(display, "colour_by")
         column.prop(display, "opacity")

@@ -44,6 +44,11 @@ def settings() -> Any:
     return bpy.context.scene.accelscope
 
 
+def reset(group: Any, name: str) -> None:
+    """Set a property to its default; Blender does not for those that only stand for another."""
+    setattr(group, name, group.bl_rna.properties[name].default)
+
+
 def running() -> Any:
     """Return the job under way."""
     return part("addon.jobs").running()

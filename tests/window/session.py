@@ -456,12 +456,12 @@ class Session:
         self.click(x, y)
         yield 3 * TICK
 
-    def enter(self, name: str, text: str) -> Steps:
+    def enter(self, name: str, text: str, across: float = 0.6) -> Steps:
         """Type a value into a field of the sidebar: ``yield from session.enter("opacity", "1")``.
 
         Parameters
         ----------
-        name
+        name, across
             See `find`.
         text
             What to type.
@@ -471,7 +471,7 @@ class Session:
         Wait
             Until Blender has taken the value.
         """
-        x, y = yield from self.find(name)
+        x, y = yield from self.find(name, across)
         self.click(x, y, count=2)
         yield 3 * TICK
         self.key("ctrl+a")

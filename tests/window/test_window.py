@@ -108,6 +108,13 @@ def test_tour_of_exhibits(extension_zip: Path) -> None:
     assert passed == steps_of(HERE / "tour_exhibits.py")
 
 
+def test_five_minutes(extension_zip: Path) -> None:
+    output = OUTPUT / "five-minutes"
+    in_window("five_minutes.py", output, "--", extension_zip, seconds=1200)
+    passed = (output / "passed.txt").read_text(encoding="utf-8").split()
+    assert passed == steps_of(HERE / "five_minutes.py")
+
+
 # Small enough for the naive algorithm; the camera is the .blend's own.
 COMMAND = ["--structure", "all", "--rays", "camera:width=32,height=24", "random_lines:count=200"]
 

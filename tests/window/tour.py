@@ -34,6 +34,7 @@ from guide import (
     open_wide_tab,
     over_viewport,
     part,
+    reset,
     results,
     running,
     sample,
@@ -155,7 +156,7 @@ def lines() -> Steps:
     yield 0.5
     station("by-count")
     for name in ("opacity", "line_width", "colour_by", "leaves_only"):
-        display.property_unset(name)
+        reset(display, name)
 
 
 @session.step
@@ -195,7 +196,7 @@ def planes_and_replay() -> Steps:
     station("by-order")
     assert overlay.uploads() == uploads
     for name in ("depth_max", "planes", "tint_empty", "replay", "step", "colour_by", "leaves_only"):
-        display.property_unset(name)
+        reset(display, name)
     settings().structure = "bvh"
     yield from build()
 
@@ -275,7 +276,7 @@ def event_by_event() -> Steps:
     yield 0.5
     station("event")
     settings().property_unset("step_events")
-    settings().property_unset("event")
+    reset(settings(), "event")
 
 
 @session.step
@@ -376,7 +377,7 @@ def tetra() -> Steps:
     yield 1.0
     station("tetra-bvh")
     settings().display.property_unset("line_width")
-    settings().display.property_unset("depth_max")
+    reset(settings().display, "depth_max")
 
 
 # ---------------------------------------------------------------------------- a million triangles
@@ -529,7 +530,7 @@ def readme_picture() -> Steps:
 def disable() -> Steps:
     """Disabling the extension leaves nothing: no cells, no tab, no properties."""
     for name in ("depth_max", "line_width", "opacity"):
-        settings().display.property_unset(name)
+        reset(settings().display, name)
     yield from session.press("display.show", across=HEADER)
     over_viewport()
     yield 0.5

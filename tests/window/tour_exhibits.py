@@ -23,6 +23,7 @@ from guide import (
     open_panel,
     open_wide_tab,
     over_viewport,
+    reset,
     results,
     running,
     sample,
@@ -32,6 +33,9 @@ from guide import (
     taken,
 )
 from session import Steps
+
+NUMBER = 0.48
+"""Where the number of the frame is, as a share of the sidebar's width; its slider is behind it."""
 
 PREVIOUS, NEXT = 0.82, 0.88
 """Where the buttons behind the frame are, as shares of the sidebar's width."""
@@ -102,11 +106,11 @@ def step_frames() -> Steps:
     yield 0.3
     yield from session.press("step_frame(by=-1)", across=PREVIOUS)
     assert group().frame == 1
-    yield from session.enter("exhibits.frame", "4")
+    yield from session.enter("exhibits.frame", "4", across=NUMBER)
     assert group().frame == 4
     yield from seen("levels-4")
     assert changed(taken["levels-0"], taken["levels-4"]) > 2000
-    x, y = yield from session.find("exhibits.frame")
+    x, y = yield from session.find("exhibits.frame", across=NUMBER)
     yield from session.drag((x, y), (x + 60, y))
     assert group().frame > 4
     yield from seen("levels-dragged")
@@ -157,11 +161,24 @@ def slow_frame() -> Steps:
     group().chosen = ""
 
 
+def slowed(exhibit: Any) -> Any:
+    """Return an exhibit whose frames take a second more."""
+
+    def frame(number: int, progress: Any) -> Any:
+        time.sleep(1.0)
+        return exhibit.frame(number, progress)
+
+    return dataclasses.replace(exhibit, frame=frame)
+
+
 @session.step
 def choose() -> Steps:
     """The list of exhibits drops down, and another one is chosen."""
     bpy.ops.accelscope.build()
     before = group().exhibit
+    # A frame that takes its time becomes a job: not in the middle of what the list does.
+    exhibits = results().showcase.exhibits
+    exhibits[1] = slowed(exhibits[1])
     x, y = yield from session.find("exhibits.exhibit")
     session.click(x, y)
     yield 2.0
@@ -226,6 +243,43 @@ def split_plane() -> Steps:
 
 
 @session.step
+def timeline() -> Steps:
+    """A head that is stretched over five frames: refitted by a click, compared by another."""
+    scene, head = bpy.context.scene, bpy.context.view_layer.objects.active
+    head.shape_key_add(name="Basis")
+    stretched = head.shape_key_add(name="Stretched")
+    for vertex, point in zip(head.data.vertices, stretched.data, strict=True):
+        # The left half to the left, and the more the farther it is.
+        point.co.x = vertex.co.x * (4.0 if vertex.co.x > 0.0 else 1.0)
+    scene.frame_start, scene.frame_end = 1, 5
+    for frame, value in ((1, 0.0), (5, 1.0)):
+        stretched.value = value
+        stretched.keyframe_insert("value", frame=frame)
+    scene.frame_set(1)
+    yield from build()
+    before = results().built
+    scene.frame_set(5)
+    yield from session.press("accelscope.refit(")
+    yield lambda: running() is None and results().built is not before
+    roots = [built.structure.cells().boxes[0] for built in (before, results().built)]
+    assert roots[1][3] > 3.9 * roots[0][3]
+    over_viewport()
+    yield 0.5
+    station("refitted")
+    scene.frame_set(1)
+    yield from session.press("accelscope.compare_over_timeline(")
+    yield lambda: running() is None and len(results().timeline) > 0
+    assert scene.frame_current == 1
+    group().show, group().exhibit, group().frame = True, "refit_over_timeline", 4
+    yield lambda: running() is None
+    bpy.ops.accelscope.view_exhibit()
+    yield from seen("compared-over-timeline")
+    group().show = False
+    scene.frame_end = 250
+    sample("suzanne")
+
+
+@session.step
 def every_volume() -> Steps:
     """The volumes of all kinds, two levels of each."""
     bvh = settings().structures.bvh
@@ -238,8 +292,8 @@ def every_volume() -> Steps:
         yield 0.5
         station(f"volume-{volume}")
     bvh.property_unset("volume")
-    display.property_unset("depth_min")
-    display.property_unset("depth_max")
+    reset(display, "depth_min")
+    reset(display, "depth_max")
 
 
 session.run()

@@ -91,7 +91,7 @@ def split_curve(bvh: BVH, node: int, builder: str = "", progress: Progress = SIL
         From `progress`.
     """
     text = f"Looking at the candidates of node {node}"
-    progress.report(0, 2, text)
+    progress.report(0, 4, text)
     if not has_curves(bvh):
         raise ValueError("the nodes of this tree were not split by comparing costs")
     settings = bvh.settings
@@ -103,10 +103,11 @@ def split_curve(bvh: BVH, node: int, builder: str = "", progress: Progress = SIL
     n_rows = 3 * max(settings.bins, len(ids))
     make_rule, _ = RULES[builder or settings.builder](primitives, settings, n_rows)
     rule = make_rule()
-    progress.report(1, 2, text)
+    progress.report(1, 4, text)
     call(look_at_candidates, rule, len(ids), int(bvh.depths()[node]))
-    progress.report(2, 2, text)
+    progress.report(2, 4, text)
     rows = rule.curve[np.isfinite(rule.curve[:, 4])]
+    progress.report(3, 4, text)
     axis, n_left, n_right = (rows[:, column].astype(np.int64) for column in (0, 2, 3))
     box = rule.bounds[0].copy()
     area = float(surface_area(box))
@@ -115,4 +116,5 @@ def split_curve(bvh: BVH, node: int, builder: str = "", progress: Progress = SIL
     cost = settings.C_trav + settings.C_isect * shares
     best = int(np.argmin(rows[:, 4])) if len(rows) else -1
     leaf_cost = settings.C_isect * len(ids)
+    progress.report(4, 4, text)
     return SplitCurve(axis, rows[:, 1], n_left, n_right, cost, best, leaf_cost, box)

@@ -79,20 +79,24 @@ def frames_of(structure: BVH, count: int, progress: Progress) -> list[Frame]:
             waiting += [split.left, split.right]
             if split.plane:
                 label = f"Spatial split {len(frames) + 1}, at depth {split.node.depth}"
-                frames.append(frame_of_split(structure, work, split, label))
+                frames.append(frame_of_split(structure, work, split, label, progress))
     return frames
 
 
-def frame_of_split(structure: BVH, work: Construction, split: Split, label: str) -> Frame:
+def frame_of_split(
+    structure: BVH, work: Construction, split: Split, label: str, progress: Progress
+) -> Frame:
     """Show a split that was made just now: the references of its children are still in order."""
     assert split.plane is not None
     corners, (axis, position) = structure.scene.triangles, split.plane
     box = work.tree.boxes[split.node.number]
     sides = [side_of(work, node) for node in (split.left, split.right)]
+    progress.report(0, 3, label)
     both = np.intersect1d(sides[0][0], sides[1][0])
     plane = planes_across(box[None], axis, np.array([position]))
     parts = [coloured(box_segments(box[None]), GREY)]
-    for (ids, boxes), colour in zip(sides, (BLUE, ORANGE), strict=True):
+    for done, ((ids, boxes), colour) in enumerate(zip(sides, (BLUE, ORANGE), strict=True), 1):
+        progress.report(done, 3, label)
         is_cut = np.isin(ids, both)
         others = ids[~is_cut]
         places = np.linspace(0, len(others) - 1, min(len(others), MOST_TRIANGLES)).astype(np.int64)

@@ -61,6 +61,7 @@ def frame_of_node(bvh: BVH, node: int, progress: Progress) -> Frame:
     top = float(np.concatenate([curve.cost, sweep.cost]).max(initial=curve.leaf_cost))
     parts = [coloured(box_segments(curve.box[None]), GREY)]
     for axis in range(3):
+        progress.report(axis, 3, "Drawing the curve")
         chart = chart_of(bvh, curve, axis, top)
         parts += [chart.axes(), chart.level(curve.leaf_cost, GREY)]
         parts.append(line_through(chart, sweep, axis))

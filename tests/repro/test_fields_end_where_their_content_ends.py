@@ -1,0 +1,95 @@
+"""Event, frame, depth, step and ray never stand beyond what there is; sliders span all of it."""
+
+from __future__ import annotations
+
+import pytest
+
+pytestmark = pytest.mark.bpy
+
+
+@pytest.fixture
+def traced(bpy, root):
+    bpy.ops.mesh.primitive_monkey_add()
+    root.structure = "kdtree"
+    bpy.ops.accelscope.build()
+    root.workload = "random_lines"
+    root.workloads.random_lines.count = 50
+    bpy.ops.accelscope.trace()
+    bpy.ops.accelscope.step_ray()
+    root.step_events = True
+    return root
+
+
+def ranges(root, current):
+    """Return group, name and last value of every such field."""
+    extent = current.drawable.extent
+    found = [
+        (root, "event", len(current.steps) - 1),
+        (root, "ray_index", 49),
+        (root.display, "depth_min", extent.deepest),
+        (root.display, "depth_max", extent.deepest),
+        (root.display, "step", extent.last_step),
+    ]
+    exhibit = current.showcase.chosen(root.exhibits)
+    return found + ([(root.exhibits, "frame", exhibit.count - 1)] if exhibit else [])
+
+
+def test_no_field_goes_beyond_its_end(traced, current):
+    for group, name, last in ranges(traced, current):
+        assert last > 0, name
+        setattr(group, name, 500_000)
+        assert getattr(group, name) == last
+        assert getattr(group, f"{name}_share") == 100.0
+        setattr(group, name, last - 1)
+        assert getattr(group, name) == last - 1
+        setattr(group, name, 0)
+        assert getattr(group, f"{name}_share") == 0.0
+
+
+def test_sliders_go_through_everything(traced, current):
+    for group, name, last in ranges(traced, current):
+        seen = set()
+        for share in range(1001):
+            setattr(group, f"{name}_share", 0.1 * share)
+            seen.add(getattr(group, name))
+        assert min(seen) == 0
+        assert max(seen) == last
+        if last <= 500:
+            assert seen == set(range(last + 1)), name
+
+
+def test_frames_of_exhibits(bpy, root, current):
+    bpy.ops.mesh.primitive_monkey_add()
+    bpy.ops.accelscope.build()
+    root.exhibits.show = True
+    for exhibit in current.showcase.exhibits[:4]:
+        root.exhibits.exhibit = exhibit.name
+        root.exhibits.frame = 500
+        assert root.exhibits.frame == exhibit.count - 1
+        assert current.showcase.shown == (exhibit.name, exhibit.count - 1)
+
+
+def test_less_content_pulls_values_in_and_more_lets_them_out(bpy, traced, root, current):
+    display = root.display
+    display.depth_max = 500
+    whole, n_steps = display.depth_max, current.drawable.extent.last_step
+    display.step = n_steps
+    root.structures.kdtree.max_depth = 3
+    bpy.ops.accelscope.build()
+    assert display.depth_max == current.drawable.extent.deepest == 3
+    assert display.step == current.drawable.extent.last_step < n_steps
+    root.structures.kdtree.property_unset("max_depth")
+    bpy.ops.accelscope.build()
+    assert (display.depth_max, display.step) == (whole, n_steps)
+    # The largest depth means all of them, also of a deeper tree; a smaller one is kept.
+    display.depth_max = whole - 1
+    root.structures.kdtree.max_leaf_size = 1
+    bpy.ops.accelscope.build()
+    assert display.depth_max == whole - 1
+
+
+def test_without_content_nothing_is_cut(bpy, root):
+    root.event = 40
+    assert root.event == 40
+    assert root.display.depth_max == 100
+    assert root.event_share == 0.0

@@ -1,0 +1,78 @@
+"""The triangles are sorted once along an axis; moving the plane is a look-up."""
+
+from __future__ import annotations
+
+import statistics
+import time
+
+import numpy as np
+import pytest
+from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.progress import Cancelled, Progress
+from accelscope.core.structures.bvh.exhibits.split_plane import frame_of_plane
+from accelscope.core.structures.bvh.split_plane import evaluate_plane, sort_along
+from accelscope.sample_scenes import make_sample
+
+
+def prepared(spec, axis=0):
+    scene = make_sample(spec)
+    return scene, np.concatenate([scene.lower, scene.upper]), boxes_of(scene.triangles), axis
+
+
+def test_a_move_costs_the_same_with_many_triangles():
+    def seconds(spec):
+        scene, box, boxes, axis = prepared(spec)
+        along = sort_along(boxes, axis)
+        times = []
+        for share in np.linspace(0.1, 0.9, 15):
+            position = float(box[0] + share * (box[3] - box[0]))
+            start = time.thread_time()
+            frame_of_plane(scene.triangles, along, box, position, 3.0, 1.0)
+            times.append(time.thread_time() - start)
+        return statistics.median(times)
+
+    # Beyond MOST_TRIANGLES both, so that neither draws the triangles.
+    few, many = seconds("soup:count=5000"), seconds("soup:count=640000")
+    assert many < 3.0 * few
+    assert many < 0.05
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_figures_are_those_of_counting(axis):
+    _, box, boxes, axis = prepared("soup:count=3000", axis)
+    along = sort_along(boxes, axis)
+    middles = 0.5 * (boxes[:, axis] + boxes[:, 3 + axis])
+    for position in [*np.linspace(box[axis], box[3 + axis], 40), *middles[:20]]:
+        plane = evaluate_plane(along, box, float(position), 3.0, 1.0)
+        assert (middles < position).sum() == plane.N_L
+        assert (middles >= position).sum() == plane.N_R
+        left = box.copy()
+        left[3 + axis] = position
+        assert plane.p_L == pytest.approx(surface_area(left) / surface_area(box), abs=1e-12)
+
+
+def test_sorting_can_be_cancelled():
+    class Stop(Progress):
+        def report(self, done, total, text):
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        sort_along(np.zeros((10, 6)), 0, Stop())
+
+
+@pytest.mark.bpy
+def test_the_panel_waits_for_the_job(bpy, root, current, monkeypatch):
+    from accelscope.addon import overlay
+
+    bpy.ops.mesh.primitive_monkey_add()
+    bpy.ops.accelscope.build()
+    view, group = current.split_view, root.split_plane
+    assert view.axes == {}
+    group.show = True  # without a window the job is done at once
+    assert list(view.axes) == ["x"]
+    made = []
+    monkeypatch.setattr(view, "make", lambda axis, progress: made.append(axis))
+    for share in (0.1, 0.5, 0.9):
+        group.position = share
+        assert "plane" in overlay._overlay.layers
+    assert made == []
