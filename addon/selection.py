@@ -27,6 +27,9 @@ MAXIMUM_HELD = 2_000_000
 MAXIMUM_CORNERS = 4_000_000
 """Corners of the faces of those that are no boxes: no more edges than that, 32 bytes each."""
 
+MOST_DEPTH = 2**31 - 1
+"""No depth is larger: they are kept in 32 bits."""
+
 NEVER = 10**9
 """A step of the building that never comes; single precision holds it."""
 
@@ -185,8 +188,10 @@ def visible(cells: Cells, display: Any) -> np.ndarray:
 
 def depth_run(depth: np.ndarray, display: Any) -> tuple[int, int]:
     """Return the piece of ascending depths within the range, as (first, last + 1)."""
-    first = int(np.searchsorted(depth, display.depth_min, side="left"))
-    last = int(np.searchsorted(depth, display.depth_max, side="right"))
+    # Of the same type: for another one NumPy would convert all depths first.
+    low, high = np.clip([display.depth_min, display.depth_max], 0, MOST_DEPTH).astype(depth.dtype)
+    first = int(np.searchsorted(depth, low, side="left"))
+    last = int(np.searchsorted(depth, high, side="right"))
     return first, max(first, last)
 
 

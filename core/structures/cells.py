@@ -98,9 +98,11 @@ class Cells:
         than are asked for.
         """
         ascending, places = self._by_number
-        ranks = np.searchsorted(ascending, numbers)
+        # Of the same type: for another one NumPy would convert all numbers first.
+        asked = np.asarray(numbers).astype(ascending.dtype)
+        ranks = np.searchsorted(ascending, asked)
         known = ranks < len(self)
-        known[known] = ascending[ranks[known]] == np.asarray(numbers)[known]
+        known[known] = ascending[ranks[known]] == asked[known]
         return np.unique(places[ranks[known]])
 
     def attributes(self) -> dict[str, np.ndarray]:

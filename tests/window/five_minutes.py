@@ -33,7 +33,7 @@ from guide import (
 )
 from session import Steps
 
-SLIDER = 0.9
+SLIDER = 0.78
 """Where the slider behind a number is, as a share of the sidebar's width."""
 
 
