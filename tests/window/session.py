@@ -527,12 +527,14 @@ class Session:
         Wait
             Between the events, as Blender merges those that come at once, and then sees no drag.
         """
-        middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
+        # Several, since Blender waits for a second move before it takes a drag for one.
+        shares = (0.25, 0.5, 0.75, 1.0)
+        points = [tuple(a + f * (b - a) for a, b in zip(start, end, strict=True)) for f in shares]
         self._xdotool(self._move(*start))
         yield
         self._xdotool(["mousedown", MOUSE_BUTTONS[button]])
-        for point in (middle, end):
-            yield
+        for point in points:
+            yield 2 * TICK
             self._xdotool(self._move(*point))
         yield
         self._xdotool(["mouseup", MOUSE_BUTTONS[button]])
