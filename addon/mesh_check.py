@@ -57,9 +57,10 @@ def refuse_invalid_mesh(mesh: bpy.types.Mesh, name: str) -> None:
 
 
 def _refusal(mesh: bpy.types.Mesh, name: str, fault: str) -> InputError:
+    # In this order: entering edit mode with such a mesh ends Blender, too.
     return InputError(
-        f"the mesh of {name} is invalid: {fault}; repair it in Blender: Mesh > Clean Up, or "
-        f"bpy.data.meshes[{mesh.name!r}].validate() in the Python Console"
+        f"the mesh of {name} is invalid: {fault}; repair it in Blender: "
+        f"bpy.data.meshes[{mesh.name!r}].validate() in the Python Console, then Mesh > Clean Up"
     )
 
 
