@@ -49,7 +49,9 @@ def load_mesh_file(path: str | Path) -> Scene:
     if not path.is_file():
         raise InputError(f"there is no file {path}")
     try:
-        pieces, notes = reader(path)
+        # NaN and infinite numbers are no affair: their triangles are dropped and counted.
+        with np.errstate(all="ignore"):
+            pieces, notes = reader(path)
     except BrokenFile as error:
         raise InputError(
             f"{path} cannot be read: {error}; repair it, or export it again"

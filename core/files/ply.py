@@ -9,6 +9,7 @@ G. Turk: The PLY Polygon File Format, in the PLY tools of the Georgia Institute 
 from __future__ import annotations
 
 import itertools
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -82,7 +83,10 @@ def read_ply(path: Path) -> Contents:
     header = header_of(data)
     read = _text_rows if header.is_text else _binary_rows
     tables, notes = read(data, header)
-    notes += [f"not read: {line}" for line in header.unknown]
+    if header.unknown:
+        more = len(header.unknown) - 1
+        also = f" and {counted(more, 'other line')}" if more else ""
+        notes.append(f"not read: {header.unknown[0]}{also}")
     vertices, pieces = np.zeros((0, 3)), []
     if "vertex" in tables:
         axes = [_numbers(tables["vertex"], "vertex", axis) for axis in COORDINATES]
@@ -140,15 +144,15 @@ def _strips(vertices: np.ndarray, values: np.ndarray, sizes: np.ndarray) -> list
 
 def header_of(data: bytes) -> Header:
     """Return what the header of a file says."""
-    if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" ", b"\t"):
+    first = re.match(rb"ply[ \t]*(\r\n|\n|\r)", data)
+    if first is None:
         raise BrokenFile("it does not begin with the line 'ply'")
-    # Lines end in the header as the first one does; the byte after the last may be anything.
-    first = data[: data.find(b"\n") + 1 if b"\n" in data[:8] else data.find(b"\r") + 1]
-    ending = first[len(first.rstrip(b"\r\n")) :]
+    # Lines of the header end as the first one does; the byte after the last may be anything.
+    ending = first[1]
     elements: list[Element] = []
     unknown: list[str] = []
     byte_order = None
-    place = len(first)
+    place = first.end()
     for number in itertools.count(2):
         end = data.find(ending, place)
         if end < 0:
@@ -167,6 +171,8 @@ def header_of(data: bytes) -> Header:
             elements.append(Element(name_of(words[1]), count, []))
         elif keyword == b"property" and elements:
             elements[-1].columns.append(_column(words, byte_order or "=", number))
+        elif keyword in (b"element", b"property"):
+            raise BrokenFile(f"line {number}: {shown(b' '.join(words))} cannot stand there")
         elif keyword not in (b"", b"comment", b"obj_info"):
             unknown.append(f"line {number} of the header, {shown(b' '.join(words))}")
     if byte_order is None:

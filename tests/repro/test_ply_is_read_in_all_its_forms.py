@@ -167,6 +167,8 @@ def test_cut_anywhere_is_refused(tmp_path, kind):
         ("ascii 1.0\n", "utf8 1.0\n", "line 2: no format 'utf8 1.0' is known"),
         ("end_header", "end_of_header", "its header has no 'end_header'"),
         ("ply\n", "plyx\n", "it does not begin with the line 'ply'"),
+        ("ply\n", "ply ", "it does not begin with the line 'ply'"),
+        ("element face", "element the face", "line 7: 'element the face 3' cannot stand there"),
         ("element face", "element vertex", "has the element 'vertex' 2 times"),
     ],
 )
