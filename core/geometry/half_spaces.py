@@ -237,15 +237,13 @@ def measured(volumes: Any, progress: Progress = SILENT) -> tuple[np.ndarray, np.
     return areas, contents
 
 
-def faces_of(volumes: Any, numbers: np.ndarray, thin: float = THIN) -> Polygons:
+def faces_of(volumes: Any, numbers: np.ndarray) -> Polygons:
     """Return the faces of some polyhedra; the owner of a face is its place in `numbers`.
 
     Parameters
     ----------
     volumes : NamedTuple of arrays
         With methods ``boxes()``, ``half_spaces(numbers)`` and ``neighbours()``.
-    thin : float
-        Faces below this share of the polyhedron's size squared are left out.
     """
     boxes, neighbours = volumes.boxes(), volumes.neighbours()
     lists = []
@@ -257,7 +255,7 @@ def faces_of(volumes: Any, numbers: np.ndarray, thin: float = THIN) -> Polygons:
         points, sizes = np.empty((n * 8 * m, 3)), np.empty(n * m, np.int64)
         owners = np.empty(n * m, np.int64)
         n_points, n_faces = call(
-            write_faces, planes, neighbours, *rest, make_room(m), thin, points, sizes, owners
+            write_faces, planes, neighbours, *rest, make_room(m), THIN, points, sizes, owners
         )
         lists.append((points[:n_points].copy(), sizes[:n_faces].copy(), owners[:n_faces] + begin))
     points, sizes, owners = (np.concatenate(parts) for parts in zip(*lists))

@@ -356,7 +356,9 @@ def test_pictures_of_difficult_scenes(run, obj, tmp_path):
             "--pictures", folder, "--quiet",
         )  # fmt: skip
         assert (outcome.code, outcome.err) == (0, "")
-        for path in folder.glob("*.png"):
+        files = list(folder.glob("*.png"))
+        assert {path.name.split("-")[1] for path in files} == set(structures())
+        for path in files:
             read_png(path)
 
 

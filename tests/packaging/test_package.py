@@ -68,6 +68,10 @@ def test_manifest_in_the_repository_names_no_wheels() -> None:
     assert "platforms" not in MANIFEST
 
 
+def test_every_floor_has_modules_to_look_at() -> None:
+    assert {path.relative_to(ROOT).parts[0] for path in MODULES} == set(BELOW)
+
+
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_module_imports_only_from_floors_below(path: Path) -> None:
     floor = path.relative_to(ROOT).parts[0]
