@@ -53,9 +53,7 @@ def load_mesh_file(path: str | Path) -> Scene:
         with np.errstate(all="ignore"):
             pieces, notes = reader(path)
     except BrokenFile as error:
-        raise InputError(
-            f"{path} cannot be read: {error}; repair it, or export it again"
-        ) from error
+        raise InputError(f"{path} cannot be read: {error}; {error.cure}") from error
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
     counts = [len(piece.triangles) for piece in pieces]

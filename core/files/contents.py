@@ -12,6 +12,14 @@ from ..geometry.triangulation import triangulate
 class BrokenFile(ValueError):
     """What a file says is against its format; the message names the place."""
 
+    cure = "repair it, or export it again"
+
+
+class NotRead(BrokenFile):
+    """What a file needs is not read; the message names it."""
+
+    cure = "export it again, without that"
+
 
 class Piece(NamedTuple):
     """The triangles of one object of a file, (n, 3, 3) float64 in world space."""

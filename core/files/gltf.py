@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..memory import refuse_if_too_large
-from .contents import BrokenFile, Contents, Piece, counted, triangles_of_strip
+from .contents import BrokenFile, Contents, NotRead, Piece, counted, triangles_of_strip
 from .gltf_accessors import COMPRESSIONS, Document, whole
 
 DRACO = "KHR_draco_mesh_compression"
@@ -113,7 +113,7 @@ class _Reader:
             if not name.startswith(WITHOUT_EFFECT)
         ]
         if needed:
-            raise BrokenFile(f"it requires {', '.join(needed)}, which is not read")
+            raise NotRead(f"it requires {', '.join(needed)}, which is not read")
 
     def pieces(self, path: Path) -> Iterator[Piece]:
         """Yield the triangles of all nodes of the scene."""
@@ -254,7 +254,7 @@ class _Reader:
         if DRACO in primitive.get("extensions", {}) and "bufferView" not in self.document.entry(
             "accessors", attributes["POSITION"]
         ):
-            raise BrokenFile(f"{where} is compressed with {DRACO}, which is not read")
+            raise NotRead(f"{where} is compressed with {DRACO}, which is not read")
         vertices = np.array(self.document.accessor(attributes["POSITION"], "VEC3"), np.float64)
         for weight, target in zip(weights, primitive.get("targets", [])):
             if weight and "POSITION" in target:

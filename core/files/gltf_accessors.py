@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..memory import refuse_if_too_large
-from .contents import BrokenFile
+from .contents import BrokenFile, NotRead
 
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
 
@@ -144,7 +144,7 @@ class Document:
             if name in view.get("extensions", {}):
                 fallback = self.entry("buffers", view.get("buffer")).get("extensions", {})
                 if fallback.get(name, {}).get("fallback"):
-                    raise BrokenFile(f"{where} is compressed with {name}, which is not read")
+                    raise NotRead(f"{where} is compressed with {name}, which is not read")
         buffer = self._buffer(view.get("buffer"))
         begin = whole(view.get("byteOffset", 0), f"the byteOffset of bufferView {index}")
         length = whole(view.get("byteLength"), f"the byteLength of bufferView {index}")

@@ -8,6 +8,7 @@ G. Turk: The PLY Polygon File Format, in the PLY tools of the Georgia Institute 
 
 from __future__ import annotations
 
+import codecs
 import itertools
 import re
 from pathlib import Path
@@ -79,7 +80,7 @@ class Header(NamedTuple):
 
 def read_ply(path: Path) -> Contents:
     """Read a PLY file."""
-    data = path.read_bytes()
+    data = path.read_bytes().removeprefix(codecs.BOM_UTF8)
     header = header_of(data)
     read = _text_rows if header.is_text else _binary_rows
     tables, notes = read(data, header)

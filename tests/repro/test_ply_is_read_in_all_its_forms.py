@@ -211,6 +211,12 @@ def test_lists_with_negative_lengths_are_refused(tmp_path):
     assert "'face' 2 of 2 is not whole" in refused(path)
 
 
+def test_a_mark_of_utf_8_is_passed_over(tmp_path):
+    path = written(tmp_path / "m.ply", "ascii", mesh())
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert np.array_equal(load_mesh_file(path).triangles, WANTED)
+
+
 def test_unknown_lines_of_a_header_are_said(tmp_path):
     path = written(tmp_path / "m.ply", "ascii", mesh(), ["Created by hand"])
     assert load_mesh_file(path).notes == ("not read: line 3 of the header, 'Created by hand'",)
