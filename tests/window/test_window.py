@@ -115,6 +115,13 @@ def test_five_minutes(extension_zip: Path) -> None:
     assert passed == steps_of(HERE / "five_minutes.py")
 
 
+def test_tour_of_the_status(extension_zip: Path) -> None:
+    output = OUTPUT / "tour-state"
+    in_window("tour_state.py", output, "--", extension_zip, seconds=2400)
+    passed = (output / "passed.txt").read_text(encoding="utf-8").split()
+    assert passed == steps_of(HERE / "tour_state.py")
+
+
 # Small enough for the naive algorithm; the camera is the .blend's own.
 COMMAND = ["--structure", "all", "--rays", "camera:width=32,height=24", "random_lines:count=200"]
 
