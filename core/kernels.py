@@ -252,5 +252,5 @@ def announcing(progress: Progress, what: str) -> Iterator[None]:
 def how_often() -> str:
     """Return how often kernels are compiled: once, if there is a place to keep them."""
     if _cache_prepared and os.access(cache_directory(), os.W_OK):
-        return "once after installation"
+        return "once after installation, some ten seconds"
     return "at every start, for there is no place to keep what is compiled"

@@ -152,7 +152,7 @@ def toy(root):
 def warm_cache(tmp_path):
     (tmp_path / "toy.py").write_text(TOY)
     root = tmp_path / "kernels"
-    assert toy(root) == ["14.0", "0", "compiling toy, once after installation"]
+    assert toy(root) == ["14.0", "0", "compiling toy, once after installation, some ten seconds"]
     assert toy(root) == ["14.0", "1"]
     return root
 
