@@ -304,7 +304,7 @@ def event_text(steps: Steps, event: int) -> str:
 def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
     """Return what was drawn: fields of the palette, each with a text that counts it."""
     steps = walk.steps
-    n = {kind: len(steps.events_of(kind, event)) for kind in range(len(KIND_NAMES))}
+    n = [len(steps.events_of(kind, event)) for kind in range(len(KIND_NAMES))]
     empty = steps.cell[steps.events_of(VISIT_EMPTY, event)]
     skipped = np.isin(empty, list(skipped_regions(walk, np.unique(empty))))
     several = "triangles tested"

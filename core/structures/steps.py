@@ -130,7 +130,7 @@ class Steps:
         """Numbers of the events of each kind."""
         return [np.flatnonzero(self.kind == kind) for kind in range(len(KIND_NAMES))]
 
-    def events_of(self, kind: int, event: int | None = None) -> np.ndarray:
+    def events_of(self, kind: int | np.integer, event: int | None = None) -> np.ndarray:
         """Return the numbers of all events of a kind, ascending; of those up to an event only."""
         events = self._by_kind[kind]
         if event is None:

@@ -60,6 +60,8 @@ def install_zip() -> None:
 def open_tab() -> Steps:
     """and open the tab **AccelScope**."""
     yield from open_wide_tab()
+    # Blender catches the pointer while it drags, and takes where it is put for how far it moved.
+    bpy.context.preferences.inputs.use_mouse_continuous = False
 
 
 @session.step
