@@ -152,8 +152,8 @@ def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
     shaped, _ = by_shape(cells, np.sort(sections.order))
     cells.places_of(np.empty(0, np.int64))  # the first call sorts the numbers
     progress.report(0, 1, "Preparing the picture")
-    tallies = ()
-    if extent.last_step is not None:
+    tallies: tuple[Tally, ...] = ()
+    if cells.divided is not None:
         inner = cells.divided < NEVER
         tallies = tuple(
             Tally(cells.depth[some], when[some])
