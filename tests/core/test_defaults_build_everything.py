@@ -19,6 +19,7 @@ from accelscope.core.structures.grid.resolution import (
     reference_terms,
 )
 from accelscope.core.structures.kdtree import DUPLICATION as KDTREE_LIMIT
+from accelscope.core.structures.kdtree import FEW
 from accelscope.core.structures.octree import DUPLICATION as OCTREE_LIMIT
 from accelscope.core.structures.octree import levels_for
 from accelscope.core.structures.subdivision.settings import depth_limit
@@ -104,7 +105,12 @@ def test_a_tree_of_bounded_size_at_a_bounded_expense(build, name, text, scene):
     assert totals[0] == len(corners)
     assert totals[-1] == len(tree.arrays.tree.references)
     # As many at every depth, and no more depths than the setting says.
-    assert max(totals) <= LIMITS[name] * len(corners)
+    limit = LIMITS[name] * len(corners)
+    if name == "kdtree" and tree.settings.planes == "sah":
+        # The heuristic stops by itself, well before what it may have.
+        limit = 64 * len(corners)
+        assert limit < FEW
+    assert max(totals) <= limit
     is_octree = name == "octree"
     deepest = (
         levels_for(tree.settings, len(corners)) if is_octree else depth_limit(-1, len(corners))
@@ -117,7 +123,7 @@ def test_a_tree_of_bounded_size_at_a_bounded_expense(build, name, text, scene):
 def test_thousands_too(build, name, scene):
     corners = HARD_SCENES[scene](4000)
     figures = build(name, Scene.from_triangles(corners, scene)).statistics()
-    assert figures.N_OIV / len(corners) <= LIMITS[name]
+    assert figures.N_OIV / len(corners) <= (64 if name == "kdtree" else LIMITS[name])
     assert figures.N_IN > 1
     # The tree is better than none, by its own reckoning.
     assert figures.sah < len(corners)

@@ -40,7 +40,8 @@ def test_every_choice_of_planes(name, planes, make):
     structure = structures()[name]
     tree = structure.build(scene, structure.Settings(planes=planes))
     references = tree.arrays.tree.references
-    assert len(references) <= (24 if name == "octree" else 16) * count
+    limit = {"octree": 24, "kdtree": 64 if planes == "sah" else 16, "bsp": 16}
+    assert len(references) <= limit[name] * count
     assert len(np.unique(references)) == count
     if (
         planes != "object_median"

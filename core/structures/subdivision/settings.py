@@ -71,20 +71,22 @@ def depth_limit(max_depth: int, count: int) -> int:
     return max_depth if max_depth >= 0 else round(8 + 1.3 * np.log2(count))
 
 
-def duplication_setting(automatic: int) -> Any:
+def duplication_setting(automatic: int, exception: str = "") -> Any:
     """Declare the limit of references per triangle (see :mod:`.frontier`).
 
     Parameters
     ----------
     automatic : int
         The limit that :func:`most_references` is given where none is set.
+    exception : str, optional
+        Where more is allowed, after the number.
     """
     return setting(
         -1.0,
         "Duplication",
         "Most references per triangle: a cell whose children would exceed its share is not cut; "
-        f"0 sets no limit, -1 sets {automatic} where Max Depth is left open and none where it is "
-        "given",
+        f"0 sets no limit, -1 sets {automatic}{exception} where Max Depth is left open and none "
+        "where it is given",
         minimum=-1.0,
         maximum=1e9,
         unset="auto",
