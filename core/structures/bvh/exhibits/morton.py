@@ -90,7 +90,7 @@ def morton_curve(bvh: BVH) -> Exhibit:
         found = along_curve(progress)
         if number == 0:
             parts = [curve(found, np.linspace(0.0, 1.0, count), MOST_SEGMENTS)]
-            n_different = 1 + np.count_nonzero(np.diff(found.codes))
+            n_different = 1 + int(np.count_nonzero(np.diff(found.codes)))
             different = counted(n_different, "differs", "differ")
             caption = (
                 f"{counted(count, 'centroid', 'centroids')} in the order of their codes of {bits} "
