@@ -82,6 +82,14 @@ def grabbed() -> Steps:
     yield 0.5
 
 
+def close_report() -> Steps:
+    """Close the report of an error: it covers the buttons below the pointer."""
+    over_viewport()
+    yield 0.5
+    session.key("Escape")
+    yield 0.5
+
+
 # ------------------------------------------------------------------------------------ the status
 
 
@@ -335,6 +343,7 @@ def comparison_that_breaks() -> Steps:
     for verb in ("build", "refit", "trace", "compare_over_timeline", "clear"):
         assert getattr(bpy.ops.accelscope, verb).poll(), verb
     station("broken")
+    yield from close_report()
     yield from settled(UP_TO_DATE)
     yield from build()
     assert jobs.refusal() == ""
@@ -357,6 +366,7 @@ def edit_during_a_comparison() -> Steps:
     assert f"{monkey().name} has moved in frame" in said, said
     assert results().built is before
     station("edited")
+    yield from close_report()
     yield from out_of_date(f"{monkey().name} has moved")
     session.key("ctrl+z")
     yield 0.5
