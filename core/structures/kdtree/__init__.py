@@ -52,7 +52,7 @@ from .work import LEAF, Limits, extract
 DUPLICATION = 16
 """References per triangle that a tree has at most by default. On scans, interiors, a machine and a
 tree there are 1.9 to 5.8 under the heuristic, and the SAH cost is at most 0.5 % above that without
-a limit; bundles of slanting needles, for which there is no good kd-tree, get 9 to 13."""
+a limit."""
 
 
 FEW = 1 << 22
