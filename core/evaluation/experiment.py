@@ -156,9 +156,12 @@ def make_failed_record(
     reason : str
         What stands under ``error``; no other record has that key.
     """
-    unread = isinstance(scene, str)
+    if isinstance(scene, str):
+        described: dict[str, Any] = {"name": Path(scene).stem, "source": scene}
+    else:
+        described = describe_scene(scene)
     return {
-        "scene": {"name": Path(scene).stem, "source": scene} if unread else describe_scene(scene),
+        "scene": described,
         "structure": {"name": structure_type.name, "settings": to_json(settings)},
         "rays": {"name": workload.name, "settings": to_json(workload_settings)},
         "environment": environment(None),
