@@ -204,7 +204,7 @@ class Batch:
         from ..core.evaluation.experiment import make_record, refuse_not_finite, trace_rays
 
         traced = trace_rays(built, workload, settings, rays, self.arguments.threads, self.progress)
-        record = make_record(built, traced)
+        record = make_record(built, traced, self.progress)
         refuse_not_finite(record)
         return record, traced
 

@@ -79,7 +79,7 @@ class Outcome(NamedTuple):
         from ..core.evaluation.experiment import make_record
 
         structure = built.structure
-        record = more | make_record(built, None)
+        record = more | make_record(built, None, progress)
         drawable = make_drawable(structure.cells(), progress)
         return cls(snapshot, built, drawable, record, structure.exhibits())
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from typing import Self, TypeVar
+from typing import Generic, Self, TypeVar
 
 from .progress import Progress
 
@@ -81,6 +82,31 @@ def for_chunks(
         finally:
             for future in pending:
                 future.cancel()
+
+
+class Spare(Generic[T]):
+    """Scratch memory that threads lend and give back, so that no more is made than is needed.
+
+    Parameters
+    ----------
+    make : callable
+        Makes what one thread needs.
+    """
+
+    def __init__(self, make: Callable[[], T]) -> None:
+        self._make = make
+        self._kept: list[T] = []
+
+    @contextlib.contextmanager
+    def lent(self) -> Iterator[T]:
+        """Lend a piece that nobody else has, until the end of the ``with`` block."""
+        try:
+            # Not asked for before: another thread could take the last piece in between.
+            piece = self._kept.pop()
+        except IndexError:
+            piece = self._make()
+        yield piece
+        self._kept.append(piece)
 
 
 class Team:

@@ -13,6 +13,13 @@ from .errors import InputError
 PERSPECTIVE = "perspective"
 ORTHOGRAPHIC = "orthographic"
 
+SMALLEST, LARGEST = 1e-100, 1e100
+"""Sizes in between, products of three coordinates are in the range of float64."""
+
+THINNEST = 1e-100
+"""Share of the scene's longest side below which another one is taken as flat. A thin side's
+products with others would lose their digits, and there is no cell between numbers near 1e-310."""
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -202,9 +209,9 @@ class Scene:
             raise InputError(
                 f"{name} has {len(triangles)} triangles; at most 2147483647 are handled"
             )
-        # A float32 file may hold values up to 3e38; beyond 1e100 products of three coordinates
-        # overflow float64, so such vertices are treated like infinite ones.
-        usable = (np.abs(triangles) < 1e100).all(axis=(1, 2))
+        # A float32 file may hold values up to 3e38; what is larger than we can compute with is
+        # treated like infinity.
+        usable = (np.abs(triangles) < LARGEST).all(axis=(1, 2))
         kept = np.flatnonzero(usable).astype(np.int32)
         dropped = len(triangles) - len(kept)
         if len(kept) == 0:
@@ -216,10 +223,11 @@ class Scene:
         else:
             object_ids = np.ascontiguousarray(object_ids[kept], dtype=np.int32)
         lower, upper = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+        notes = (*notes, *_flatten(triangles, lower, upper))
         _refuse_if_all_degenerate(triangles, lower, upper, name)
         return cls(
             name, source or name, triangles, kept, dropped, object_ids, tuple(object_names),
-            lower, upper, camera, tuple(lights), tuple(notes),
+            lower, upper, camera, tuple(lights), notes,
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -231,13 +239,32 @@ class Scene:
         return float(np.linalg.norm(self.upper - self.lower))
 
 
+def _flatten(triangles: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> list[str]:
+    """Make axes exactly flat, in place, along which a scene is thinner than THINNEST.
+
+    Returns
+    -------
+    list of str
+        A note for each such axis.
+    """
+    sizes, notes = upper - lower, []
+    for axis in np.flatnonzero((sizes > 0.0) & (sizes < THINNEST * sizes.max())):
+        place = min(max(lower[axis], 0.0), upper[axis])
+        triangles[:, :, axis] = lower[axis] = upper[axis] = place
+        notes.append(
+            f"it is {sizes[axis]:.1g} units thick along {'xyz'[axis]}, which is taken as flat: "
+            f"that is less than {THINNEST:g} of its longest side"
+        )
+    return notes
+
+
 def _refuse_if_all_degenerate(
     triangles: np.ndarray, lower: np.ndarray, upper: np.ndarray, name: str
 ) -> None:
     """Raise InputError if every triangle has zero area: there is nothing to hit or to divide."""
     # Scaled to the unit box first: at 1e-200 the cross product would underflow to zero.
     scale = float((upper - lower).max())
-    if 0.0 < scale < 1e-100:
+    if 0.0 < scale < SMALLEST:
         raise InputError(f"{name} is {scale:.1g} units large, too small to compute with; scale it")
     if scale > 0.0:
         unit = (triangles - lower) / scale

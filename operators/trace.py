@@ -39,7 +39,7 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
 
         def work(progress: Progress) -> tuple[Any, ...]:
             traced = trace(built, workload, settings, progress=progress)
-            return traced, make_record(built, traced)
+            return traced, make_record(built, traced, progress)
 
         return work
 

@@ -88,7 +88,7 @@ class Comparison:
             traced = trace_rays(
                 built, self.workload, self.workload_settings, rays, self.threads, self.progress
             )
-            record = make_record(built, traced)
+            record = make_record(built, traced, self.progress)
             refuse_not_finite(record)
             records.append({"frame": number, "method": method, **record})
         costs = (record["statistics"]["sah"] for record in records)

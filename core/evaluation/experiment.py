@@ -181,14 +181,20 @@ def refuse_not_finite(part: Any, name: str = "") -> None:
         raise InputError(f"{name} is {part}, too large to compute with; scale the scene")
 
 
-def make_record(built: Built, traced: Traced | None) -> dict[str, Any]:
-    """Return the JSON-ready record of an experiment; without rays if none were traced."""
+def make_record(built: Built, traced: Traced | None, progress: Progress = SILENT) -> dict[str, Any]:
+    """Return the JSON-ready record of an experiment; without rays if none were traced.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
     structure = built.structure
     record: dict[str, Any] = {
         "scene": describe_scene(structure.scene),
         "structure": {"name": structure.name, "settings": to_json(structure.settings)},
         "build": {"seconds": built.seconds, "bytes": structure.memory()},
-        "statistics": structure.statistics().to_json(),
+        "statistics": structure.statistics(progress).to_json(),
         "environment": environment(traced.threads if traced else None),
     }
     if traced is None:

@@ -13,7 +13,7 @@ import numpy as np
 from ..kernels import call, implements, inlined, inner, kernel
 from ..outlines import corners_of
 from ..parallel import Team
-from ..progress import SILENT
+from ..progress import SILENT, Progress
 from .half_spaces import every_other
 from .polygons import Polygons, sides_of
 from .volume import MISS, fit, outside, prepare, span
@@ -139,7 +139,7 @@ class Boxes(NamedTuple):
 
     rows: np.ndarray
 
-    def areas(self) -> np.ndarray:
+    def areas(self, progress: Progress = SILENT) -> np.ndarray:
         """Return the surface areas, (n,)."""
         return surface_area(self.rows)
 

@@ -16,9 +16,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernels import inner, kernel
+from .length import length
 
 POLYGON_SIZE = 10
-"""Corners of a polygon: three, and one more for each of six planes, with room."""
+"""Corners of a polygon: three, and one more for each of six planes, with room. A plane crosses the
+border of a convex polygon twice; where rounding says more often, the first two count."""
 
 
 @inner
@@ -40,11 +42,12 @@ def clip(corners, triangle, box, polygon):
         axis, plane = face % 3, box[face]
         inward = 1.0 if face < 3 else -1.0
         target = POLYGON_SIZE - first
-        kept, last = target, end - 1
+        kept, last, crossings = target, end - 1, 0
         before = inward * (polygon[last, axis] - plane)
         for corner in range(first, end):
             here = inward * (polygon[corner, axis] - plane)
-            if here * before < 0.0:
+            if (here < 0.0 < before or before < 0.0 < here) and crossings < 2:
+                crossings += 1
                 share = before / (before - here)
                 for other in range(3):
                     start = polygon[last, other]
@@ -115,11 +118,14 @@ def add_clipped_areas(corners, references, leaf_of, boxes, areas, polygon):
         triangle = references[entry]
         first, end = clip(corners, triangle, boxes[leaf_of[entry]], polygon)
         for i in range(first + 1, end - 1):
-            area = 0.0
-            for axis in range(3):
-                u, v = (axis + 1) % 3, (axis + 2) % 3
-                eu, ev = polygon[i, u] - polygon[first, u], polygon[i, v] - polygon[first, v]
-                fu = polygon[i + 1, u] - polygon[first, u]
-                fv = polygon[i + 1, v] - polygon[first, v]
-                area += (eu * fv - ev * fu) ** 2
-            areas[triangle] += 0.5 * area**0.5
+            ax, ay, az = (
+                polygon[i, 0] - polygon[first, 0],
+                polygon[i, 1] - polygon[first, 1],
+                polygon[i, 2] - polygon[first, 2],
+            )
+            bx, by, bz = (
+                polygon[i + 1, 0] - polygon[first, 0],
+                polygon[i + 1, 1] - polygon[first, 1],
+                polygon[i + 1, 2] - polygon[first, 2],
+            )
+            areas[triangle] += 0.5 * length(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)

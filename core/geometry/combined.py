@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kernels import call, implements, inner, kernel
+from ..progress import SILENT, Progress
 from .box import Boxes
 from .half_spaces import every_other, faces_of, measured
 from .kdop import KDOPs
@@ -47,9 +48,9 @@ class Intersection(NamedTuple):
     first: Any
     second: Any
 
-    def areas(self) -> np.ndarray:
+    def areas(self, progress: Progress = SILENT) -> np.ndarray:
         """Return the surface areas, (n,); measured with a sphere among the members."""
-        return (measured if is_polyhedral(self) else measured_by_lines)(self)[0]
+        return (measured if is_polyhedral(self) else measured_by_lines)(self, progress)[0]
 
     def contents(self) -> np.ndarray:
         """Return the volumes, (n,); measured with a sphere among the members."""
@@ -88,9 +89,9 @@ class Union(NamedTuple):
     first: Any
     second: Any
 
-    def areas(self) -> np.ndarray:
+    def areas(self, progress: Progress = SILENT) -> np.ndarray:
         """Return four times the mean shadows, (n,), measured."""
-        return measured_by_lines(self)[0]
+        return measured_by_lines(self, progress)[0]
 
     def contents(self) -> np.ndarray:
         """Return the volumes, (n,), of unions of convex members: what both have counts once."""
@@ -127,10 +128,15 @@ def cross_lines(volumes, index, rays, reach, strips, lengths):
         lengths[i] = t_leave - t_enter if t_enter <= t_leave else -1.0
 
 
-def measured_by_lines(volumes: Any) -> tuple[np.ndarray, np.ndarray]:
+def measured_by_lines(volumes: Any, progress: Progress = SILENT) -> tuple[np.ndarray, np.ndarray]:
     """Return areas and contents of volumes of any kind, (n,) each, measured with random lines.
 
     The same LINES for all, so that equal shapes have equal areas.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
     rng = np.random.default_rng(1)
     directions = rng.normal(size=(LINES, 3))
@@ -144,6 +150,7 @@ def measured_by_lines(volumes: Any) -> tuple[np.ndarray, np.ndarray]:
     areas, contents = np.zeros(len(boxes)), np.zeros(len(boxes))
     lengths, strips = np.empty(LINES), np.empty((MOST_STRIPS, 3))
     for index in np.flatnonzero(radii > 0.0):
+        progress.report(float(index), len(boxes), "Measuring volumes")
         origins = middles[index] + radii[index] * (across - 2.0 * directions)
         rays = Rays.from_arrays(origins, directions).arrays()
         call(cross_lines, volumes, index, rays, np.abs(middles[index]), strips, lengths)

@@ -25,8 +25,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import implements
+from ..progress import SILENT, Progress
 from .box import surface_area
-from .half_spaces import faces_of, measured, tight_neighbours
+from .half_spaces import faces_of, tight_neighbours
+from .kdop_edges import half_space_normals, measured_by_edges
 from .polygons import Polygons
 from .volume import EPS, MISS, fit, outside, prepare, slack_of, span
 
@@ -61,13 +63,15 @@ class KDOPs(NamedTuple):
         """Return the axis-aligned boxes around them, (n, 6): the first three strips."""
         return np.ascontiguousarray(self.rows[:, [0, 2, 4, 1, 3, 5]])
 
-    def areas(self) -> np.ndarray:
-        """Return the surface areas, (n,): of all faces, cut out one by one."""
-        return surface_area(self.boxes()) if self.k == 6 else measured(self)[0]
+    def areas(self, progress: Progress = SILENT) -> np.ndarray:
+        """Return the surface areas, (n,), of k-DOPs that fit tightly."""
+        if self.k == 6:
+            return surface_area(self.boxes())
+        return measured_by_edges(self.rows, self.directions, progress)[0]
 
     def contents(self) -> np.ndarray:
-        """Return the volumes, (n,)."""
-        return measured(self)[1]
+        """Return the volumes, (n,), of k-DOPs that fit tightly."""
+        return measured_by_edges(self.rows, self.directions)[1]
 
     def polygons(self, numbers: np.ndarray) -> Polygons:
         """Return the faces of some k-DOPs; the owner of a face is its place in `numbers`."""
@@ -83,8 +87,7 @@ class KDOPs(NamedTuple):
 
     def neighbours(self) -> np.ndarray:
         """Return the half-spaces that may cut each face, (k, c) int64, filled with -1."""
-        normals = np.stack([-self.directions, self.directions], axis=1).reshape(-1, 3)
-        return tight_neighbours(normals)
+        return tight_neighbours(half_space_normals(self.directions))
 
     def contain(self, parents: np.ndarray, children: np.ndarray) -> np.ndarray:
         """Say of pairs whether the one contains the other, (m,) bool."""

@@ -22,6 +22,7 @@ import numpy as np
 
 from ..kernels import implements, inner
 from ..outlines import UNIT_CORNERS
+from ..progress import SILENT, Progress
 from .half_spaces import every_other
 from .polygons import Polygons, sides_of
 from .volume import EPS, MISS, fit, outside, prepare, slack_of, span
@@ -53,7 +54,7 @@ class OBBs(NamedTuple):
         """Return the extents along the axes, (n, 3)."""
         return self.rows[:, HIGH:] - self.rows[:, LOW:HIGH]
 
-    def areas(self) -> np.ndarray:
+    def areas(self, progress: Progress = SILENT) -> np.ndarray:
         """Return the surface areas, (n,)."""
         x, y, z = self.sizes().T
         return 2.0 * (x * y + y * z + z * x)
@@ -93,12 +94,12 @@ class OBBs(NamedTuple):
 
 
 @inner
-def add_covariance(corners, first, last, row):
+def add_covariance(corners, first, last, row, scale):
     """Write the covariance of a surface to row[9:15]: xx, yy, zz, xy, xz, yz.
 
     A triangle p, q, r of area A and centre c contributes A / 12 (9 c c' + p p' + q q' + r r'). All
-    is relative to the first corner, so that it does not cancel far from the origin. The place of
-    the axes is scratch.
+    is relative to the first corner, so that it does not cancel far from the origin, and multiplied
+    by `scale`, so that fourth powers stay in range. The place of the axes is scratch.
     """
     ox, oy, oz = corners[first, 0, 0], corners[first, 0, 1], corners[first, 0, 2]
     for i in range(15):
@@ -107,6 +108,9 @@ def add_covariance(corners, first, last, row):
         ux, vx = corners[i, 1, 0] - corners[i, 0, 0], corners[i, 2, 0] - corners[i, 0, 0]
         uy, vy = corners[i, 1, 1] - corners[i, 0, 1], corners[i, 2, 1] - corners[i, 0, 1]
         uz, vz = corners[i, 1, 2] - corners[i, 0, 2], corners[i, 2, 2] - corners[i, 0, 2]
+        ux, uy, uz, vx, vy, vz = (
+            scale * ux, scale * uy, scale * uz, scale * vx, scale * vy, scale * vz
+        )  # fmt: skip
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         area = math.sqrt(nx * nx + ny * ny + nz * nz) / 12.0
         sx, sy, sz = 0.0, 0.0, 0.0
@@ -115,6 +119,7 @@ def add_covariance(corners, first, last, row):
             x, y, z = sx, sy, sz
             if k < 3:
                 x, y, z = corners[i, k, 0] - ox, corners[i, k, 1] - oy, corners[i, k, 2] - oz
+                x, y, z = scale * x, scale * y, scale * z
                 sx, sy, sz = sx + x, sy + y, sz + z
             row[9], row[10] = row[9] + area * x * x, row[10] + area * y * y
             row[11], row[12] = row[11] + area * z * z, row[12] + area * x * y
@@ -193,9 +198,10 @@ def fit_obb(volumes, index, corners, first, last):
     row = volumes.rows[index]
     align(row)
     aligned = bound_along_axes(corners, first, last, row, 0.0)
-    add_covariance(corners, first, last, row)
+    longest = max(row[12] - row[9], row[13] - row[10], row[14] - row[11])
+    # A power of two: nothing is rounded by it.
+    add_covariance(corners, first, last, row, math.ldexp(1.0, -math.frexp(longest)[1]))
     diagonalise(row)
-    # Overflown coordinates give NaN, which is not smaller.
     if not (bound_along_axes(corners, first, last, row, 3.0 * EPS) < aligned):
         align(row)
         bound_along_axes(corners, first, last, row, 0.0)

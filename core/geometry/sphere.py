@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import implements, inner
+from ..progress import SILENT, Progress
 from .polygons import Polygons, of_equal_size
 from .volume import EPS, MISS, fit, outside, prepare, slack_of, span
 
@@ -50,7 +51,7 @@ class Spheres(NamedTuple):
 
     rows: np.ndarray
 
-    def areas(self) -> np.ndarray:
+    def areas(self, progress: Progress = SILENT) -> np.ndarray:
         """Return the surface areas, (n,)."""
         return 4.0 * np.pi * self.rows[:, 3] ** 2
 
@@ -133,30 +134,31 @@ def fit_fast(corners, first, last, row):
 
 
 @inner
-def edge_from(corners, base, vertex):
-    """Return the vector between two vertices, and its square; zero for NOBODY."""
+def edge_from(corners, base, vertex, scale):
+    """Return the vector between two vertices, scaled, and its square; zero for NOBODY."""
     if vertex < 0:
         return 0.0, 0.0, 0.0, 0.0
     i, k, j, m = vertex // 3, vertex % 3, base // 3, base % 3
     x, y, z = (
-        corners[i, k, 0] - corners[j, m, 0],
-        corners[i, k, 1] - corners[j, m, 1],
-        corners[i, k, 2] - corners[j, m, 2],
+        scale * (corners[i, k, 0] - corners[j, m, 0]),
+        scale * (corners[i, k, 1] - corners[j, m, 1]),
+        scale * (corners[i, k, 2] - corners[j, m, 2]),
     )
     return x, y, z, x * x + y * y + z * z
 
 
 @inner
-def circumscribe(corners, base, a, b, c, row):
+def circumscribe(corners, base, a, b, c, row, scale):
     """Write the centre of the smallest sphere with two to four vertices on it.
 
     With u, v, w from `base` to the others, it is from there at
     (u² v x w + v² w x u + w² u x v) / (2 u · v x w). Without c, any w across the triangle's plane
-    will do if its square is taken to be zero.
+    will do if its square is taken to be zero. Lengths are multiplied by `scale`, so that their
+    fifth powers stay in range.
     """
-    ux, uy, uz, uu = edge_from(corners, base, a)
-    vx, vy, vz, vv = edge_from(corners, base, b)
-    wx, wy, wz, ww = edge_from(corners, base, c)
+    ux, uy, uz, uu = edge_from(corners, base, a, scale)
+    vx, vy, vz, vv = edge_from(corners, base, b, scale)
+    wx, wy, wz, ww = edge_from(corners, base, c, scale)
     x, y, z = 0.5 * ux, 0.5 * uy, 0.5 * uz
     if b >= 0:
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -168,6 +170,7 @@ def circumscribe(corners, base, a, b, c, row):
         x = (uu * (vy * wz - vz * wy) + vv * (wy * uz - wz * uy) + ww * nx) / twice
         y = (uu * (vz * wx - vx * wz) + vv * (wz * ux - wx * uz) + ww * ny) / twice
         z = (uu * (vx * wy - vy * wx) + vv * (wx * uy - wy * ux) + ww * nz) / twice
+    x, y, z = x / scale, y / scale, z / scale
     row[0] = corners[base // 3, base % 3, 0] + x
     row[1] = corners[base // 3, base % 3, 1] + y
     row[2] = corners[base // 3, base % 3, 2] + z
@@ -175,7 +178,7 @@ def circumscribe(corners, base, a, b, c, row):
 
 
 @inner
-def smallest_of_five(corners, new, old, row):
+def smallest_of_five(corners, new, old, row, scale):
     """Return which of the vertices `old` span the smallest sphere together with `new`, as bits.
 
     0 if rounding leaves none; and the squared radius.
@@ -185,7 +188,7 @@ def smallest_of_five(corners, new, old, row):
         a, b, c = chosen(old, mask)
         if a < 0:
             continue
-        radius2 = circumscribe(corners, new, a, b, c, row)
+        radius2 = circumscribe(corners, new, a, b, c, row, scale)
         contains_all = radius2 < best
         for vertex in old:
             if contains_all and vertex >= 0:
@@ -214,18 +217,21 @@ def fit_smallest(corners, first, last, row):
     start = np.int64(3 * first)
     row[0], row[1], row[2] = corners[first, 0, 0], corners[first, 0, 1], corners[first, 0, 2]
     support, radius2 = (start, NOBODY, NOBODY, NOBODY), 0.0
+    longest = distance2(corners, farthest(corners, first, last, row[0], row[1], row[2]),
+                        row[0], row[1], row[2]) ** 0.5  # fmt: skip
+    scale = math.ldexp(1.0, -math.frexp(longest)[1])  # a power of two: nothing is rounded by it
     for _ in range(MOST_STEPS):
         x, y, z = row[0], row[1], row[2]
         new = np.int64(farthest(corners, first, last, x, y, z))
         if distance2(corners, new, x, y, z) <= radius2 * (1.0 + TOLERANCE):
             break
-        mask, grown = smallest_of_five(corners, new, support, row)
+        mask, grown = smallest_of_five(corners, new, support, row, scale)
         if mask == 0 or grown <= radius2:
             # Rounding has the last word: the sphere so far, a little larger, will do.
             row[0], row[1], row[2] = x, y, z
             break
         a, b, c = chosen(support, mask)
-        circumscribe(corners, new, a, b, c, row)
+        circumscribe(corners, new, a, b, c, row, scale)
         support, radius2 = (new, a, b, c), grown
 
 

@@ -29,6 +29,16 @@ EDGE_ON = 4 * np.finfo(np.float64).eps
 """How far from the ray a hit may be found, relative to the largest coordinate; half the slack of
 rays, which has to hold the roundings of the corners too."""
 
+THIN = 2.0**-7
+"""Share of a scene's largest coordinate below which those along another axis count for more."""
+
+FAINT = 1e-207
+"""Determinants below this may have lost digits to underflow: the smallest number, 5e-324, is eps
+times the smallest scene, 1e-100, times this."""
+
+SMALL, LARGER = 1e-30, 2.0**330
+"""Triangles that look smaller than SMALL are looked at LARGER times larger where it matters."""
+
 
 class Triangles(NamedTuple):
     """Triangles as the kernels see them, in any order.
@@ -39,7 +49,9 @@ class Triangles(NamedTuple):
     ids : (n,) int32
         Index of each in the scene; decides ties.
     reach : (3,) float64
-        Largest absolute coordinate of the whole scene per axis, for the slack of rays.
+        Largest absolute coordinate of the whole scene per axis, for the slack of rays. Along an
+        axis that is thin, but not flat, half of the largest of all: the test shears corners along
+        the ray, and so rounds there by what they measure along others.
     """
 
     corners: np.ndarray
@@ -58,6 +70,7 @@ def triangles_of(scene: Scene, order: np.ndarray | None = None) -> Triangles:
             len(order),
         )
     reach = np.maximum(np.abs(scene.lower), np.abs(scene.upper))
+    reach[(scene.upper > scene.lower) & (reach < THIN * reach.max())] = 0.5 * reach.max()
     return Triangles(corners, order, reach)
 
 
@@ -111,9 +124,12 @@ def intersect(triangles, index, ray):
     slack_x = EDGE_ON * (abs(ray.okx) + triangles.reach[ray.kx])
     slack_y = EDGE_ON * (abs(ray.oky) + triangles.reach[ray.ky])
     off_x, off_y = abs(u * ax + v * bx + w * cx), abs(u * ay + v * by + w * cy)
-    if off_x > slack_x * abs(determinant) or off_y > slack_y * abs(determinant):
+    size = abs(determinant)
+    if off_x > slack_x * size or off_y > slack_y * size or size < FAINT:
+        along = EDGE_ON * (abs(ray.okz) + triangles.reach[ray.kz])
+        sheared_x, sheared_y = along * abs(ray.shear_x), along * abs(ray.shear_y)
         t = ray.shear_z * intersect_edge_on(
-            ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, ray.shear_z
+            ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sheared_x, sheared_y, ray.shear_z
         )
     if not (t >= 0.0):
         return NO_HIT
@@ -121,13 +137,15 @@ def intersect(triangles, index, ray):
 
 
 @inner
-def intersect_edge_on(ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sign):
+def intersect_edge_on(
+    ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sheared_x, sheared_y, sign
+):
     """Return the z at which the ray meets a triangle seen nearly edge-on; NaN if it does not.
 
     In the plane the triangle is a needle. Products of its coordinates cancel, unless the needle
     lies along an axis; so it is sheared to lie along x, which costs one rounding of y. If it is so
-    thin that even then U, V and W do not say where the ray passes, the ray is as good as in the
-    triangle's plane: it enters and leaves through edges, and z is that of the first of these.
+    thin, or so short, that even then U, V and W do not lead to the ray, the ray is as good as in
+    the triangle's plane: it enters and leaves through edges, and z is that of the first of these.
 
     Parameters
     ----------
@@ -135,6 +153,8 @@ def intersect_edge_on(ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sign
         Corners relative to the ray, which runs along z.
     slack_x, slack_y : float
         How far beside the ray an edge may pass.
+    sheared_x, sheared_y : float
+        How much further off U, V and W may lead, since corners were sheared along z.
     sign : float
         Positive if the ray runs towards positive z.
     """
@@ -146,17 +166,28 @@ def intersect_edge_on(ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sign
         if abs(y) > longest_y:
             longest_y, slope_y = abs(y), x / y
         ax, ay, az, bx, by, bz, cx, cy, cz = bx, by, bz, cx, cy, cz, ax, ay, az
+    larger = LARGER if max(longest_x, longest_y) < SMALL else 1.0
+    if larger > 1.0:
+        ax, ay, az = larger * ax, larger * ay, larger * az
+        bx, by, bz = larger * bx, larger * by, larger * bz
+        cx, cy, cz = larger * cx, larger * cy, larger * cz
+        slack_x, slack_y = larger * slack_x, larger * slack_y
+        sheared_x, sheared_y = larger * sheared_x, larger * sheared_y
     if longest_y > longest_x:
         ax, ay, bx, by, cx, cy = ay, ax, by, bx, cy, cx
         slack_x, slack_y, slope_x = slack_y, slack_x, slope_y
+        sheared_x, sheared_y = sheared_y, sheared_x
     # The longest edge becomes parallel to x.
     ay, by, cy = ay - slope_x * ax, by - slope_x * bx, cy - slope_x * cx
     u = cx * by - cy * bx
     v = ax * cy - ay * cx
     w = bx * ay - by * ax
     is_outside = (u < 0.0 or v < 0.0 or w < 0.0) and (u > 0.0 or v > 0.0 or w > 0.0)
-    if not is_outside and u + v + w != 0.0:
-        return (u * az + v * bz + w * cz) / (u + v + w)
+    size = abs(u + v + w)
+    if not is_outside and size > FAINT:
+        off_x, off_y = abs(u * ax + v * bx + w * cx), abs(u * ay + v * by + w * cy)
+        if off_x <= (slack_x + sheared_x) * size and off_y <= (slack_y + sheared_y) * size:
+            return (u * az + v * bz + w * cz) / (u + v + w) / larger
     low, high = np.inf, -np.inf
     for _ in range(3):
         # Corner a may be at the ray, or edge ab cross x = 0 there.
@@ -174,7 +205,7 @@ def intersect_edge_on(ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sign
     # A ray that starts in between is there at once.
     if low <= 0.0 <= high:
         return 0.0
-    return low if sign > 0.0 else high
+    return (low if sign > 0.0 else high) / larger
 
 
 @inner
@@ -206,6 +237,14 @@ def clamp_to_own_box(corners, index, ray, t):
     return leave if leave < t else t
 
 
+def areas_of(triangles: np.ndarray) -> np.ndarray:
+    """Return the areas of triangles of any size, (n, 3, 3) to (n,)."""
+    edges = triangles[:, 1:] - triangles[:, :1]
+    units = np.ldexp(1.0, np.frexp(np.abs(edges).max(axis=(1, 2), initial=0.0))[1])
+    edges /= units[:, None, None]
+    return 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) * units * units
+
+
 @inner
 def separated(a, b, c, reach):
     """Say whether the interval of a, b, c and the interval [-reach, reach] have no common point."""
@@ -219,6 +258,11 @@ def overlaps_box(corners, index, box):
     Separating axis test: three face normals of the box, the triangle's normal, and the nine cross
     products of box and triangle edges (T. Akenine-Möller: Fast 3D Triangle-Box Overlap Testing,
     2001). Edges whose cross product vanishes separate nothing and are harmless.
+
+    Conservative: whatever is rounded, what reaches into the box by some units in the last place of
+    the coordinates is not taken to be outside. A direction separates only if all three corners lie
+    on one side along it; so it need not be exactly that of the normal, which in a needle is
+    rounding error alone.
     """
     for axis in range(3):
         p, q, r = corners[index, 0, axis], corners[index, 1, axis], corners[index, 2, axis]
@@ -233,7 +277,10 @@ def overlaps_box(corners, index, box):
     # The triangle's plane.
     ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    if abs(nx * ax + ny * ay + nz * az) > hx * abs(nx) + hy * abs(ny) + hz * abs(nz):
+    if separated(
+        nx * ax + ny * ay + nz * az, nx * bx + ny * by + nz * bz, nx * cx + ny * cy + nz * cz,
+        hx * abs(nx) + hy * abs(ny) + hz * abs(nz),
+    ):  # fmt: skip
         return False
     # Cross products of the box's edges x, y, z with each edge e of the triangle.
     for n in range(3):

@@ -21,7 +21,7 @@ from ..geometry.rays import RayArrays, Rays, make_ray
 from ..geometry.triangle import Triangles
 from ..kernels import call, dispatched, kernel
 from ..memory import refuse_if_too_large
-from ..parallel import for_chunks
+from ..parallel import Spare, for_chunks
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
@@ -330,8 +330,14 @@ class Structure(abc.ABC):
         """Return everything there is to draw."""
 
     @abc.abstractmethod
-    def statistics(self) -> Statistics:
-        """Return the figures of the structure."""
+    def statistics(self, progress: Progress = SILENT) -> Statistics:
+        """Return the figures of the structure.
+
+        Raises
+        ------
+        Cancelled
+            From `progress`.
+        """
 
     @abc.abstractmethod
     def validate(self) -> list[str]:
@@ -394,12 +400,11 @@ class Structure(abc.ABC):
         t = np.empty(count)
         primitive = np.empty(count, dtype=np.int32)
         counters = np.empty((count, len(COUNTER_NAMES)), dtype=np.int32)
-        spare: list[Workspace] = []
+        spare = Spare(self._workspace)
 
         def trace_chunk(first: int, last: int) -> None:
-            workspace = spare.pop() if spare else self._workspace()
-            self._trace(arrays, first, last, workspace, make_log(0), t, primitive, counters)
-            spare.append(workspace)
+            with spare.lent() as workspace:
+                self._trace(arrays, first, last, workspace, make_log(0), t, primitive, counters)
 
         for_chunks(trace_chunk, count, threads, progress, f"Tracing {self.name}")
         return Hits(t, primitive), Counters(counters)

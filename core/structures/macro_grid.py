@@ -45,6 +45,7 @@ from ..settings import setting
 from .cells import Cells
 from .contract import Found, Statistics, walk
 from .grid import Grid, GridSettings
+from .grid.broad import is_broad, walk_broad
 from .grid.dda import (
     ALREADY,
     X,
@@ -98,6 +99,7 @@ class MacroGridArrays(NamedTuple):
     box: np.ndarray
     walls: np.ndarray
     cell_size: np.ndarray
+    touch: np.ndarray
     resolution: np.ndarray
     offsets: np.ndarray
     references: np.ndarray
@@ -264,6 +266,8 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
     note(log, VOLUME_TEST, -1, -1, t, t)
     if t == MISS:
         return Found(best_t, best, 0, 0, 0, 0, 1, 0, 0, 0)
+    if is_broad(structure, ray):
+        return walk_broad(structure, triangles, ray, number, workspace, log, t)
 
     octant = 0
     if structure.distances.shape[0] > 1:
@@ -379,13 +383,13 @@ class MacroGrid(Grid):
             [lower + np.maximum(back, 0) * size, lower + np.minimum(ahead + 1, resolution) * size]
         )
 
-    def statistics(self) -> Statistics:
+    def statistics(self, progress: Progress = SILENT) -> Statistics:
         """Return the figures of the grid, and how far its empty regions reach.
 
         `expected_leaves` counts cells, as the plain grid visits them: N_TS of random lines that
         never stop is smaller by the steps saved.
         """
-        plain, distances = super().statistics(), self.arrays.distances
+        plain, distances = super().statistics(progress), self.arrays.distances
         empty = max(plain.N_EV * len(distances), 1)
         return dataclasses.replace(
             plain,

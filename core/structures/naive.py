@@ -87,7 +87,7 @@ class Naive(Structure):
             np.array([len(self.scene)], dtype=np.int32),
         )  # fmt: skip
 
-    def statistics(self) -> Statistics:
+    def statistics(self, progress: Progress = SILENT) -> Statistics:
         """Return the figures of one leaf with everything in it."""
         cells = self.cells()
         area = surface_area(cells.boxes)

@@ -189,12 +189,12 @@ class SortedVolumes(Structure):
             faces=volumes.polygons(numbers), areas=volumes.areas(),
         )  # fmt: skip
 
-    def statistics(self) -> Statistics:
+    def statistics(self, progress: Progress = SILENT) -> Statistics:
         """Return the figures of the list; areas are relative to that of the scene's box."""
         count = np.diff(self.arrays.offsets)
         box = np.concatenate([self.scene.lower, self.scene.upper])
         return Statistics.of_cells(
-            self.arrays.volumes.areas(), np.ones(len(count), dtype=bool), count,
+            self.arrays.volumes.areas(progress), np.ones(len(count), dtype=bool), count,
             np.zeros(len(count), dtype=np.int64), float(surface_area(box)),
             self.settings.C_trav, self.settings.C_isect, {"expected_volume_tests": len(count)},
         )  # fmt: skip

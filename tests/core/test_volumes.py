@@ -217,14 +217,25 @@ def test_flat_volumes_have_two_sides():
 
 @pytest.mark.parametrize("k", [14, 18, 26])
 def test_faces_that_cannot_meet_are_left_out_rightly(k):
-    """Areas from neighbours only are those from all half-spaces."""
-    volumes = fitted(f"kdop{k}", *awkward_objects()[:4])
-    planes, *rest = half_spaces.prepared(volumes.half_spaces(np.arange(4)), volumes.boxes())
-    areas, contents = np.empty(4), np.empty(4)
-    all_others = half_spaces.every_other(k)
-    half_spaces.measure_range(planes, all_others, *rest, half_spaces.make_room(k), areas, contents)
-    assert volumes.areas() == pytest.approx(areas, rel=1e-9)
-    assert volumes.contents() == pytest.approx(contents, rel=1e-9)
+    """Areas from neighbours only are those from all half-spaces, and those from edges are, too."""
+    objects = awkward_objects()
+    volumes = fitted(f"kdop{k}", *objects)
+    n = len(objects)
+    local = half_spaces.localised(volumes.half_spaces(np.arange(n)), volumes.boxes())
+    room = half_spaces.make_room(k)
+    areas, contents = np.empty(n), np.empty(n)
+    half_spaces.measure_range(local, half_spaces.every_other(k), room, areas, contents)
+    near = np.empty(n), np.empty(n)
+    half_spaces.measure_range(local, volumes.neighbours(), room, *near)
+    # A shell is left around every face.
+    sizes = np.linalg.norm(volumes.boxes()[:, 3:] - volumes.boxes()[:, :3], axis=1)
+    shell = 100 * k * (half_spaces.SHELL * sizes + 32 * EPS * np.abs(volumes.boxes()).max(axis=1))
+    for some in (volumes.areas(), near[0]):
+        assert (np.abs(some - areas) <= shell * sizes).all()
+    for some in (volumes.contents(), near[1]):
+        assert (np.abs(some - contents) <= shell * sizes**2).all()
+    assert volumes.areas()[:4] == pytest.approx(areas[:4], rel=1e-9)
+    assert volumes.contents()[:4] == pytest.approx(contents[:4], rel=1e-9)
     assert volumes.neighbours().shape[1] < k - 1
 
 

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.triangle import Triangles, triangles_of
+from ...geometry.triangle import Triangles, areas_of, triangles_of
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
@@ -174,6 +174,10 @@ class Bsp(Subdivision):
         """Return the true volumes of the cells."""
         return self.measures().volumes
 
+    def rounding(self) -> float:
+        """Return how far a cell, and what is left of a triangle in it, may be off the planes."""
+        return 8.0 * self.arrays.tree.shell
+
     def gaps(self) -> float:
         """Return what the shells of all cuts may hold."""
         return self.arrays.tree.shell * float(self.grown.area[self.grown.link > 0].sum())
@@ -220,7 +224,7 @@ class Bsp(Subdivision):
                 f"{n_empty} times a leaf lists a triangle that does not reach into it"
             )
         edges = corners[:, 1:] - corners[:, :1]
-        whole = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        whole = areas_of(corners)
         # What lies in the shell of a plane may be on either side, all around the triangle.
         around = np.linalg.norm(edges, axis=2).sum(axis=1)
         if (np.abs(areas - whole) > 1e-6 * whole + 8 * tree.shell * around).any():

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...geometry.length import length
 from ...kernels import call, inner, kernel
 from ..cells import Polygons
 from .grown import Grown
@@ -149,7 +150,7 @@ def add_cut_areas(tree, nodes, corners, shell, lists, path, areas):
 
     Returns the number of entries of leaves of which nothing is left.
     """
-    n_empty = 0
+    n_empty, points = 0, lists.points
     for leaf in range(len(nodes)):
         node, height = nodes[leaf], 0
         while node > 0:
@@ -175,15 +176,19 @@ def add_cut_areas(tree, nodes, corners, shell, lists, path, areas):
                 continue
             first, size = lists.start[reference], lists.size[reference]
             for i in range(first + 1, first + size - 1):
-                area = 0.0
-                for axis in range(3):
-                    u, v = (axis + 1) % 3, (axis + 2) % 3
-                    eu = lists.points[i, u] - lists.points[first, u]
-                    ev = lists.points[i, v] - lists.points[first, v]
-                    fu = lists.points[i + 1, u] - lists.points[first, u]
-                    fv = lists.points[i + 1, v] - lists.points[first, v]
-                    area += (eu * fv - ev * fu) ** 2
-                areas[triangle] += 0.5 * area**0.5
+                ax, ay, az = (
+                    points[i, 0] - points[first, 0],
+                    points[i, 1] - points[first, 1],
+                    points[i, 2] - points[first, 2],
+                )
+                bx, by, bz = (
+                    points[i + 1, 0] - points[first, 0],
+                    points[i + 1, 1] - points[first, 1],
+                    points[i + 1, 2] - points[first, 2],
+                )
+                areas[triangle] += 0.5 * length(
+                    ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+                )
     return n_empty
 
 

@@ -16,13 +16,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...geometry.length import length
 from ...kernels import inner
 
 MOST_FACES = 72
 """Six of the root, one more per level, and room."""
 
 MOST_CORNERS = 512
-"""Corners in all loops: of f faces at most 6 f - 12, with room for double ones."""
+"""Corners in all loops: of f faces at most 6 f - 12, with room for double ones. Half of it is for
+what a plane leaves of the faces, half for the new face. Who would need more is not cut."""
 
 
 WHOLE, LEAST, MOST = 3, 4, 5
@@ -108,7 +110,7 @@ def measure_faces(room, row):
             wx, wy, wz = wx + ly * z - lz * y, wy + lz * x - lx * z, wz + lx * y - ly * x
             lx, ly, lz = x, y, z
         faces[face, 0], faces[face, 1], faces[face, 2] = wx, wy, wz
-        faces[face, WHOLE] = 0.5 * (wx * wx + wy * wy + wz * wz) ** 0.5
+        faces[face, WHOLE] = 0.5 * length(wx, wy, wz)
 
 
 @inner
@@ -119,18 +121,24 @@ def clip(room, source, target, plane, sign, shell):
     """
     measure_heights(room, source, plane)
     heights, points, starts = room.heights, room.points[source], room.starts[source]
+    most = len(room.heights)
     out, out_starts, marks = room.points[target], room.starts[target], room.angles
     n_faces = room.n_faces[source]
     kept, place = n_faces - n_faces, starts[0]  # zero; the number 0 would be a type of its own
     for face in range(n_faces):
-        last, first, is_kept = starts[face + 1] - 1, place, False
+        # A plane crosses the border of a convex face twice; where rounding says more often, the
+        # first two count. So a face gets one corner more at most.
+        if place + starts[face + 1] - starts[face] + 1 > most:
+            return False
+        last, first, is_kept, crossings = starts[face + 1] - 1, place, False, 0
         before = sign * heights[last]
         before = before if abs(before) > shell else 0.0
         for i in range(starts[face], starts[face + 1]):
             here = sign * heights[i]
             here = here if abs(here) > shell else 0.0
             is_kept = is_kept or here > 0.0
-            if here * before < 0.0:
+            if (here < 0.0 < before or before < 0.0 < here) and crossings < 2:
+                crossings += 1
                 # From the corner above to that below, whichever face asks: the same point.
                 a, b = (i, last) if here > 0.0 else (last, i)
                 share = heights[a] / (heights[a] - heights[b])
@@ -151,7 +159,7 @@ def clip(room, source, target, plane, sign, shell):
             kept += 1
         else:
             place = first
-        if place > MOST_CORNERS // 2:
+        if place > most // 2:
             return False
     out_starts[kept] = place
     end = add_cap(out, marks, place, plane, sign)
@@ -264,7 +272,7 @@ def side_areas(room, row, plane, position):
                         )
                     qx, qy, qz = ex, ey, ez
                 before, lx, ly, lz = here, x, y, z
-            part = 0.5 * (px * px + py * py + pz * pz) ** 0.5
+            part = 0.5 * length(px, py, pz)
         below += part
         above += max(whole - part, 0.0)
         cut -= 0.5 * (px * plane[0] + py * plane[1] + pz * plane[2])
@@ -293,7 +301,7 @@ def measure(room, row, box):
             ax, ay, az = points[i, 0] - fx, points[i, 1] - fy, points[i, 2] - fz
             bx, by, bz = points[i + 1, 0] - fx, points[i + 1, 1] - fy, points[i + 1, 2] - fz
             nx, ny, nz = nx + ay * bz - az * by, ny + az * bx - ax * bz, nz + ax * by - ay * bx
-        area += 0.5 * (nx * nx + ny * ny + nz * nz) ** 0.5
+        area += 0.5 * length(nx, ny, nz)
         # Pyramids over the faces, from the middle of the box.
         volume += (nx * (fx - ox) + ny * (fy - oy) + nz * (fz - oz)) / 6.0
     return area, volume

@@ -92,7 +92,9 @@ def append_side(lists, begin, count, plane, sign, shell):
         if not (most > shell or (is_in_plane and sign < 0.0)):
             continue
         triangle[place], start[place] = triangle[reference], corner
-        is_cut = least < -shell
+        # A plane crosses the border of a convex polygon twice; where rounding says more often, the
+        # first two count.
+        is_cut, crossings = least < -shell, 0
         last = this + n - 1
         h = plane[0] * points[last, 0] + plane[1] * points[last, 1] + plane[2] * points[last, 2]
         before = sign * (h - plane[3])
@@ -101,7 +103,8 @@ def append_side(lists, begin, count, plane, sign, shell):
             if is_cut:
                 h = plane[0] * points[i, 0] + plane[1] * points[i, 1] + plane[2] * points[i, 2]
                 here = sign * (h - plane[3])
-                if here * before < 0.0:
+                if (here < 0.0 < before or before < 0.0 < here) and crossings < 2:
+                    crossings += 1
                     share = before / (before - here)
                     for axis in range(3):
                         points[corner, axis] = points[last, axis] + share * (

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -104,6 +103,7 @@ class BVH(Structure):
         self.parts = parts
         self.making = making
         self.history = history
+        self._areas: np.ndarray | None = None
 
     @classmethod
     def refuse_too_large(cls, scene: Scene, settings: BVHSettings) -> None:
@@ -212,10 +212,22 @@ class BVH(Structure):
             boxes, depth, is_leaf, count, extra, faces=faces, areas=self.areas
         )
 
-    @functools.cached_property
+    @property
     def areas(self) -> np.ndarray:
         """Surface areas of all volumes, (n_nodes,)."""
-        return self.arrays.volumes.areas()
+        return self.measured_areas()
+
+    def measured_areas(self, progress: Progress = SILENT) -> np.ndarray:
+        """Return the surface areas of all volumes, (n_nodes,); they are measured but once.
+
+        Raises
+        ------
+        Cancelled
+            From `progress`.
+        """
+        if self._areas is None:
+            self._areas = self.arrays.volumes.areas(progress)
+        return self._areas
 
     def efficiency(self) -> Efficiency:
         """Return whether each node pays, by the lecture's inequality."""
@@ -228,10 +240,10 @@ class BVH(Structure):
         """Return how much the children of each node overlap, (n_nodes,); 0 for leaves."""
         return sibling_overlap(self.arrays.volumes.boxes(), self.arrays.first, self.width())
 
-    def statistics(self) -> Statistics:
+    def statistics(self, progress: Progress = SILENT) -> Statistics:
         """Return the figures of the tree; areas are those of the volumes themselves."""
         count = self.arrays.size
-        areas = self.areas
+        areas = self.measured_areas(progress)
         is_inner, efficiency = count == 0, self.efficiency()
         extra = self.figures | {
             "expected_volume_tests": 1.0 + float((areas * self.width()).sum() / areas[0]),

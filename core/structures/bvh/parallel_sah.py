@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...kernels import call, inner, kernel
-from ...parallel import core_count
+from ...parallel import Spare, core_count
 from ...progress import Progress
 from .parallel_split import (
     DataParallel,
@@ -167,7 +167,7 @@ def levels_of(
     """
     count = len(splits.axis)
     queue = np.array([[0, 0, count, 0]], np.int64)
-    spare: list[DataParallel] = []
+    spare = Spare(make_rule)
 
     def work(rule: DataParallel, share: Share) -> None:
         call(split_range, rule, tree, splits, queue, output, share)
@@ -176,9 +176,8 @@ def levels_of(
         work(large._replace(sides=np.empty((2, 6))), share)
 
     def work_on_small(share: Share) -> None:
-        rule = spare.pop() if spare else make_rule()
-        work(rule, share)
-        spare.append(rule)
+        with spare.lent() as rule:
+            work(rule, share)
 
     def run(function: Callable[[Share], None], shares: list[Share]) -> None:
         """Do all shares, on several threads."""

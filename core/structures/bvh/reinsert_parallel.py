@@ -47,7 +47,7 @@ import numpy as np
 
 from ...geometry.box import area_of, union_area
 from ...kernels import call, inner, kernel
-from ...parallel import for_chunks
+from ...parallel import Spare, for_chunks
 from ...progress import Progress
 from .rearranging import (
     MOVE_WIDTH,
@@ -197,7 +197,7 @@ class Rounds:
     def __init__(self, tree: LinkedTree, settings: BVHSettings, progress: Progress) -> None:
         self._tree, self._settings, self._progress = tree, settings, progress
         self._moves, self._least = make_moves(MOVE_WIDTH), least_gain(tree)
-        self._spare: list[Search] = []
+        self._spare = Spare(make_search)
         self.costs = [cost_of(tree, settings)]
 
     def run(self, nodes: np.ndarray) -> None:
@@ -217,9 +217,8 @@ class Rounds:
         places, gains = np.empty(len(nodes), np.int32), np.empty(len(nodes))
 
         def search_chunk(first: int, last: int) -> None:
-            search = self._spare.pop() if self._spare else make_search()
-            call(search_range, tree, nodes, first, last, self._least, search, places, gains)
-            self._spare.append(search)
+            with self._spare.lent() as search:
+                call(search_range, tree, nodes, first, last, self._least, search, places, gains)
 
         text = f"Searching places, round {number}"
         for_chunks(search_chunk, len(nodes), 0, self._progress, text)

@@ -23,7 +23,7 @@ import numpy as np
 
 from ...geometry.box import area_of
 from ...kernels import call, dispatched, inner, kernel
-from ...parallel import core_count
+from ...parallel import Spare, core_count
 from ...progress import Progress
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
 from .tree import Splits, Tree, copy_depth_first
@@ -243,20 +243,19 @@ def grow(
         From `progress`; calls under way are awaited first.
     """
     tree, splits = room_for(count)
-    spare: list[tuple[Any, np.ndarray]] = []
+    spare = Spare(lambda: (make_rule(), np.empty((STACK_SIZE, 4), np.int64)))
 
     def work(node: int, first: int, size: int, depth: int) -> list[tuple[int, int, int, int]]:
         """Split a node, or all below it; return the children that are left to do."""
-        rule, stack = spare.pop() if spare else (make_rule(), np.empty((STACK_SIZE, 4), np.int64))
         children = []
-        n_left = call(
-            build_subtree, rule, tree, splits, node, first, size, depth, stack, size > subtree
-        )
+        with spare.lent() as (rule, stack):
+            n_left = call(
+                build_subtree, rule, tree, splits, node, first, size, depth, stack, size > subtree
+            )
         if n_left:
             left = int(tree.first[node])
             children.append((left, first, n_left, depth + 1))
             children.append((left + 1, first + n_left, size - n_left, depth + 1))
-        spare.append((rule, stack))
         return children
 
     done = 0

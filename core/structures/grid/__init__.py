@@ -2,7 +2,7 @@
 
 The scene's box is cut into nx * ny * nz equal cells, as many as are given or as there should be for
 so many triangles (:mod:`.resolution`); each cell lists the triangles that overlap it
-(:mod:`.cells`). A ray enters at a cell and steps from wall to wall (:mod:`.dda`).
+(:mod:`.cells`). A ray enters at a cell and steps from wall to wall (:mod:`.dda`, :mod:`.walk`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ...scene import Scene
 from ...settings import OPEN, setting
 from ..cells import Cells
 from ..contract import Statistics, Structure, intersection_cost, traversal_cost
-from . import dda as dda  # registers the walk
+from . import walk as walk  # registers it
 from .cells import GridArrays, fill_cells, hair_and_touch
 from .resolution import (
     REFERENCES_PER_CELL,
@@ -192,7 +192,7 @@ class Grid(Structure):
             counts.astype(np.int32),
         )  # fmt: skip
 
-    def statistics(self) -> Statistics:
+    def statistics(self, progress: Progress = SILENT) -> Statistics:
         """Return the figures; a grid has no inner nodes, so C_trav does not enter its SAH."""
         counts = self._counts()
         area = surface_area(np.concatenate([np.zeros(3), self.arrays.cell_size]))
@@ -257,7 +257,7 @@ class Grid(Structure):
         """Return the cell of every triangle's corners, (n, 3), within the span of its box."""
         low, high = self._spans()
         index = np.stack(
-            [self._cells_at(axis, self.scene.triangles[:, :, axis]) for axis in range(3)], axis=2
+            [self._cells_at(axis, self.triangles.corners[:, :, axis]) for axis in range(3)], axis=2
         )
         index = np.clip(index, low[:, None], high[:, None])
         _, ny, nz = self.arrays.resolution

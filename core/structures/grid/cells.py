@@ -33,8 +33,8 @@ TOUCH = 2e-9
 """How much boxes are widened when they are inserted, as a share of the grid's longest side.
 
 Where a ray passes through the corner of cells, rounding decides which of them it visits; a triangle
-there has to be in all of them. This covers the rounding of rays that start up to a million sides
-away, and is well below a hair.
+there has to be in all of them. This covers the rounding of rays that start up to half a million
+sides away, and is well below a hair. Who comes from farther is walked otherwise (:mod:`.broad`).
 """
 
 
@@ -49,6 +49,8 @@ class GridArrays(NamedTuple):
         Coordinates of the walls along each axis, ascending: cell i lies between walls i and i + 1.
         After the last one follow infinities, for steps that lead out of the grid.
     cell_size : (3,) float64
+    touch : (3,) float64
+        How much boxes were widened when they were inserted, see :data:`TOUCH`.
     resolution : (3,) int64
     offsets : (n_cells + 1,) int64
     references : (N_OIV,) int32
@@ -59,6 +61,7 @@ class GridArrays(NamedTuple):
     box: np.ndarray
     walls: np.ndarray
     cell_size: np.ndarray
+    touch: np.ndarray
     resolution: np.ndarray
     offsets: np.ndarray
     references: np.ndarray
@@ -123,7 +126,7 @@ def fill_cells(
     hair, touch = hair_and_touch(lower, upper, scene)
     grid = GridArrays(
         np.concatenate([lower, upper])[None], make_walls(lower, upper, hair, resolution),
-        (upper - lower) / resolution, resolution,
+        (upper - lower) / resolution, touch, resolution,
         np.zeros(int(np.prod(resolution)) + 1, dtype=np.int64), np.zeros(0, dtype=np.int32),
         mailbox,
     )  # fmt: skip

@@ -20,7 +20,7 @@ import numpy as np
 from ...geometry.box import boxes_of
 from ...geometry.clip import POLYGON_SIZE, add_clipped_areas
 from ...geometry.rays import ULPS
-from ...geometry.triangle import Triangles, triangles_of
+from ...geometry.triangle import Triangles, areas_of, triangles_of
 from ...kernels import call
 from ...memory import refuse_if_too_large
 from ...parallel import core_count
@@ -257,7 +257,7 @@ class KdTree(Subdivision):
             np.empty((2 * POLYGON_SIZE, 3)),
         )  # fmt: skip
         edges = corners[:, 1:] - corners[:, :1]
-        whole = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        whole = areas_of(corners)
         # Rounding of corners moves edges: a needle's area may be rounding error alone.
         around = np.linalg.norm(edges, axis=2).sum(axis=1)
         tolerance = 1e-6 * whole + 64 * ULPS * self.triangles.reach.max() * around

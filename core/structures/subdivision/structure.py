@@ -10,6 +10,7 @@ import numpy as np
 
 from ...geometry.box import boxes_of, surface_area
 from ...geometry.rays import ULPS
+from ...progress import SILENT, Progress
 from ..cells import Cells
 from ..contract import Statistics, Structure
 
@@ -78,6 +79,10 @@ class Subdivision(Structure):
         """Return the volumes of all cells."""
         return np.prod(nodes.boxes[:, 3:] - nodes.boxes[:, :3], axis=1)
 
+    def rounding(self) -> float:
+        """Return how far cells are off the planes that bound them."""
+        return 0.0
+
     def gaps(self) -> float:
         """Return what volume there may be between neighbouring cells."""
         return 0.0
@@ -133,7 +138,7 @@ class Subdivision(Structure):
         nodes = self.topology()
         return Cells.sorted_by_depth(nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count)
 
-    def statistics(self) -> Statistics:
+    def statistics(self, progress: Progress = SILENT) -> Statistics:
         """Return the figures of the tree."""
         nodes = self.topology()
         areas = self.areas(nodes)
@@ -163,7 +168,7 @@ class Subdivision(Structure):
             violations.append("a leaf lists a triangle twice or out of order")
         boxes = boxes_of(self.scene.triangles)[references]
         leaves = nodes.boxes[nodes.leaves]
-        tolerance = 8 * ULPS * self.triangles.reach
+        tolerance = 8 * ULPS * self.triangles.reach + self.rounding()
         apart = (boxes[:, :3] > leaves[leaf_of, 3:] + tolerance) | (
             boxes[:, 3:] < leaves[leaf_of, :3] - tolerance
         )

@@ -1,0 +1,102 @@
+"""Rays from so far away that rounding reaches farther than a grid's cells overlap.
+
+Going from wall to wall, a ray is in one cell at a time. Which one is certain but for rounding, and
+triangles belong to all cells within :data:`.cells.TOUCH`; half a million sides away, rounding is
+more than that. From there on a ray is taken to be as broad as its slack: the grid is passed layer
+by layer along the axis in which the ray goes fastest, and in a layer all cells are visited that the
+broad ray reaches into. From a million sides away these are hardly more than of a thin ray; from
+10^15 on they are all there are, for no number tells them apart then.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...kernels import inner
+from ..contract import Found
+from ..steps import VISIT_EMPTY, VISIT_LEAF, note
+from .cells import cell_at
+from .dda import FOREVER, end_of_walk, test_cell
+
+
+@inner
+def is_broad(grid, ray):
+    """Say whether rounding may lead a ray past a cell that lists what it hits."""
+    return (
+        2.0 * (ray.low_x - ray.ox) > grid.touch[0]
+        or 2.0 * (ray.low_y - ray.oy) > grid.touch[1]
+        or 2.0 * (ray.low_z - ray.oz) > grid.touch[2]
+    )
+
+
+@inner
+def along_axis(ray, axis):
+    """Return origin, direction, slack and inverse of a ray along an axis."""
+    if axis == 0:
+        return ray.ox, ray.dx, ray.low_x - ray.ox, ray.ix
+    if axis == 1:
+        return ray.oy, ray.dy, ray.low_y - ray.oy, ray.iy
+    return ray.oz, ray.dz, ray.low_z - ray.oz, ray.iz
+
+
+@inner
+def cells_between(grid, ray, axis, begin, end):
+    """Return the first and the last cell of an axis that a broad ray reaches into."""
+    o, d, slack, _ = along_axis(ray, axis)
+    a, b = o + begin * d, o + end * d
+    # A place is rounded by less than the slack once more.
+    low, high = (a if a < b else b) - 2.0 * slack, (b if a < b else a) + 2.0 * slack
+    walls, size, count = grid.walls[axis], grid.cell_size[axis], grid.resolution[axis]
+    return cell_at(walls, size, count, low), cell_at(walls, size, count, high)
+
+
+@inner
+def walk_broad(grid, triangles, ray, number, workspace, log, t_enter):
+    """Visit all cells that a broad ray reaches into, layer by layer, from `t_enter` on."""
+    best_t, best = np.inf, np.int64(-1)
+    visited, empty, tests, mailbox_hits = 0, 0, 0, 0
+    ny, nz = grid.resolution[1], grid.resolution[2]
+    axis = np.int64(ray.kz)
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    stride, stride_u, stride_v = stride_of(axis, ny, nz), stride_of(u, ny, nz), stride_of(v, ny, nz)
+    o, d, slack, inverse = along_axis(ray, axis)
+    walls, count = grid.walls[axis], grid.resolution[axis]
+    # Which of its walls a layer is entered through, and the origin that makes it the earliest.
+    ascends = 1 if d > 0.0 else 0
+    slack = slack if d > 0.0 else -slack
+    for step in range(count):
+        layer = step if ascends == 1 else count - 1 - step
+        begin = (walls[layer + 1 - ascends] - (o + slack)) * inverse
+        end = (walls[layer + ascends] - (o - slack)) * inverse
+        if end < t_enter:
+            continue
+        if begin > end_of_walk(ray, best_t, best):
+            break
+        # Where the inverse overflows, both may be anything.
+        begin = begin if begin > t_enter else t_enter
+        end = end if end < FOREVER else FOREVER
+        first_u, last_u = cells_between(grid, ray, u, begin, end)
+        first_v, last_v = cells_between(grid, ray, v, begin, end)
+        for i in range(first_u, last_u + 1):
+            for k in range(first_v, last_v + 1):
+                cell = layer * stride + i * stride_u + k * stride_v
+                visited += 1
+                if grid.offsets[cell] == grid.offsets[cell + 1]:
+                    empty += 1
+                    note(log, VISIT_EMPTY, cell, -1, begin, end)
+                    continue
+                note(log, VISIT_LEAF, cell, -1, begin, end)
+                best_t, best, tested, known, _ = test_cell(
+                    grid, triangles, ray, number, workspace, log, cell, begin, np.inf, best_t, best
+                )
+                tests += tested
+                mailbox_hits += known
+    return Found(best_t, best, visited, visited, empty, tests, 1, mailbox_hits, 0, 0)
+
+
+@inner
+def stride_of(axis, ny, nz):
+    """Return by how much the numbers of neighbouring cells differ along an axis."""
+    if axis == 0:
+        return ny * nz
+    return nz if axis == 1 else np.int64(1)
