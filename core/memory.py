@@ -53,6 +53,26 @@ def refuse_if_too_large(needed: int, what: str, advice: str) -> None:
         )
 
 
+MOST_NUMBERS = 2**31 - 1
+"""Nodes, cells and references have numbers of 32 bits."""
+
+
+def refuse_if_unnumbered(count: float, what: str, advice: str) -> None:
+    """Raise InputError if there would be more things of a kind than there are numbers for them.
+
+    Parameters
+    ----------
+    what : str
+        The things, for example ``"cells of the grid"``.
+    advice : str
+        What to do instead.
+    """
+    if count > MOST_NUMBERS:
+        raise InputError(
+            f"there would be {count:.0f} {what}, and numbers for {MOST_NUMBERS}; {advice}"
+        )
+
+
 def in_words(count: float) -> str:
     """Return a number of bytes such as ``"3.2 GiB"``."""
     for unit in ("bytes", "KiB", "MiB", "GiB", "TiB", "PiB"):

@@ -36,6 +36,9 @@ FAINT = 1e-207
 """Determinants below this may have lost digits to underflow: the smallest number, 5e-324, is eps
 times the smallest scene, 1e-100, times this."""
 
+VAST = 1e300
+"""Products above this may have overflown."""
+
 SMALL, LARGER = 1e-30, 2.0**330
 """Triangles that look smaller than SMALL are looked at LARGER times larger where it matters."""
 
@@ -119,15 +122,18 @@ def intersect(triangles, index, ray):
     determinant = u + v + w
     if determinant == 0.0:
         return NO_HIT
-    t = ray.shear_z * (u * az + v * bz + w * cz) / determinant
+    along = u * az + v * bz + w * cz
+    t = ray.shear_z * along
+    # Directions may be so long or short that only the quotient is in the range of numbers.
+    t = t / determinant if FAINT < abs(t) < VAST else ray.shear_z * (along / determinant)
     # U, V, W are weights of the corners. Do they lead to the ray?
     slack_x = EDGE_ON * (abs(ray.okx) + triangles.reach[ray.kx])
     slack_y = EDGE_ON * (abs(ray.oky) + triangles.reach[ray.ky])
     off_x, off_y = abs(u * ax + v * bx + w * cx), abs(u * ay + v * by + w * cy)
     size = abs(determinant)
     if off_x > slack_x * size or off_y > slack_y * size or size < FAINT:
-        along = EDGE_ON * (abs(ray.okz) + triangles.reach[ray.kz])
-        sheared_x, sheared_y = along * abs(ray.shear_x), along * abs(ray.shear_y)
+        sheared = EDGE_ON * (abs(ray.okz) + triangles.reach[ray.kz])
+        sheared_x, sheared_y = sheared * abs(ray.shear_x), sheared * abs(ray.shear_y)
         t = ray.shear_z * intersect_edge_on(
             ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sheared_x, sheared_y, ray.shear_z
         )

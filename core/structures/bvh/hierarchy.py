@@ -17,7 +17,7 @@ import numpy as np
 from ...geometry.box import Boxes, boxes_of, surface_area
 from ...geometry.triangle import Triangles, triangles_of
 from ...geometry.volume import MOST_STRIPS
-from ...memory import refuse_if_too_large
+from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ..cells import Cells
@@ -107,7 +107,9 @@ class BVH(Structure):
 
     @classmethod
     def refuse_too_large(cls, scene: Scene, settings: BVHSettings) -> None:
-        """Refuse what would not fit into memory, as the settings say."""
+        """Refuse what would not fit into memory, or has no numbers, as the settings say."""
+        references = len(scene) * (1.0 + settings.duplication * (settings.builder == "sbvh"))
+        refuse_if_unnumbered(2.0 * references, "nodes of the bvh", "use a smaller scene")
         super().refuse_too_large(scene, settings)
         if settings.builder == "sbvh":
             per_triangle = cls.BYTES_PER_TRIANGLE + settings.duplication * cls.BYTES_PER_REFERENCE

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...geometry.box import boxes_of, surface_area
 from ...geometry.triangle import Triangles, triangles_of
-from ...memory import refuse_if_too_large
+from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import OPEN, setting
@@ -132,6 +132,7 @@ class Grid(Structure):
         _, _, resolution = cls._plan(scene, settings)
         n_cells = float(np.prod(resolution))
         words = "x".join(f"{n:.0f}" for n in resolution)
+        refuse_if_unnumbered(n_cells, "cells of the grid", "lower the resolution")
         bytes_per_cell = BYTES_PER_CELL + cls.more_bytes_per_cell(settings)
         refuse_if_too_large(
             int(bytes_per_cell * n_cells + BYTES_PER_WALL * resolution.max()),

@@ -1,10 +1,10 @@
 """Rays from so far away that rounding reaches farther than a grid's cells overlap.
 
 Going from wall to wall, a ray is in one cell at a time. Which one is certain but for rounding, and
-triangles belong to all cells within :data:`.cells.TOUCH`; half a million sides away, rounding is
+triangles belong to all cells within :data:`.cells.TOUCH`; a million sides away, rounding gets to be
 more than that. From there on a ray is taken to be as broad as its slack: the grid is passed layer
 by layer along the axis in which the ray goes fastest, and in a layer all cells are visited that the
-broad ray reaches into. From a million sides away these are hardly more than of a thin ray; from
+broad ray reaches into. From ten million sides away these are hardly more than of a thin one; from
 10^15 on they are all there are, for no number tells them apart then.
 """
 
@@ -23,9 +23,9 @@ from .dda import FOREVER, end_of_walk, test_cell
 def is_broad(grid, ray):
     """Say whether rounding may lead a ray past a cell that lists what it hits."""
     return (
-        2.0 * (ray.low_x - ray.ox) > grid.touch[0]
-        or 2.0 * (ray.low_y - ray.oy) > grid.touch[1]
-        or 2.0 * (ray.low_z - ray.oz) > grid.touch[2]
+        ray.low_x - ray.ox > grid.touch[0]
+        or ray.low_y - ray.oy > grid.touch[1]
+        or ray.low_z - ray.oz > grid.touch[2]
     )
 
 

@@ -33,7 +33,7 @@ TOUCH = 2e-9
 """How much boxes are widened when they are inserted, as a share of the grid's longest side.
 
 Where a ray passes through the corner of cells, rounding decides which of them it visits; a triangle
-there has to be in all of them. This covers the rounding of rays that start up to half a million
+there has to be in all of them. This covers the rounding of rays that start up to a million
 sides away, and is well below a hair. Who comes from farther is walked otherwise (:mod:`.broad`).
 """
 

@@ -16,6 +16,7 @@ from ...errors import InputError
 from ...geometry.box import area_of
 from ...geometry.clip import divide_reference
 from ...kernels import call, dispatched, kernel
+from ...memory import MOST_NUMBERS
 from ...progress import Cancelled, Progress
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, drop, is_empty, peek, put
 from .storage import Piece
@@ -199,6 +200,9 @@ MOST_REFERENCES, MOST_NODES = 1 << 24, 1 << 21
 """At how many a tree is refused, unless the scene has a sixteenth as many triangles, or a
 thirty-second."""
 
+MOST_LINKS = MOST_NUMBERS // 4
+"""Nodes that can be linked to: two bits of a link are taken by the axis (:mod:`.storage`)."""
+
 ALLOWANCE = 5_000_000
 """Most room that one kernel call uses up, in some 20 ms."""
 
@@ -209,7 +213,7 @@ class Meter:
     def __init__(self, total: int, progress: Progress) -> None:
         self.total = total
         self.most = max(MOST_REFERENCES, 16 * total)
-        self.most_nodes = max(MOST_NODES, 32 * total)
+        self.most_nodes = min(max(MOST_NODES, 32 * total), MOST_LINKS)
         self.progress = progress
         self.listed: dict[int, int] = {}
         self.nodes: dict[int, int] = {}

@@ -15,7 +15,7 @@ import numpy as np
 from ...errors import InputError
 from ...geometry.box import area_of
 from ...kernels import call, inner, kernel
-from ...memory import refuse_if_too_large
+from ...memory import MOST_NUMBERS, refuse_if_too_large
 from ...progress import Progress
 from ..subdivision.frontier import (
     DEPTH_FIRST,
@@ -250,7 +250,8 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
         status = call(subdivide, tree, rule, scratch, work)
         seconds = time.perf_counter() - start
         if status == NEEDS_NODES:
-            refuse_if_too_many(len(tree.first), NODES_PER_TRIANGLE * n, MOST_NODES, "nodes")
+            most = min(max(NODES_PER_TRIANGLE * n, MOST_NODES), MOST_NUMBERS // 2)
+            refuse_if_too_many(len(tree.first), most, most, "nodes")
             tree = with_room(tree, 2 * len(tree.first), len(tree.arena))
         elif status == NEEDS_ARENA:
             before = int(tree.used[1])
