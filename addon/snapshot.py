@@ -132,9 +132,10 @@ class Look:
         return self._settle(self._missing(depsgraph.view_layer, with_faces))
 
     def _forget_unread(self) -> None:
-        for hashes in (self._hashes, self._reading):
-            for place in [each for each in hashes if self._unread.intersection(each[0])]:
-                del hashes[place]  # type: ignore[attr-defined]
+        places = {*self._hashes, *self._reading}
+        for place in [each for each in places if self._unread.intersection(each[0])]:
+            self._hashes.pop(place, None)
+            self._reading.pop(place, None)
         self._unread.clear()
 
     def _settle(self, change: str) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..core.settings import key_of
 from .generated import name_of
@@ -36,7 +36,10 @@ def names() -> Names:
     from ..sample_scenes import samples
 
     found = Names({}, {}, {})
-    for name, entry in [*structures().items(), *workloads().items(), *samples().items()]:
+    entries: list[tuple[str, Any]] = [
+        *structures().items(), *workloads().items(), *samples().items(),
+    ]  # fmt: skip
+    for name, entry in entries:
         found.entries[name] = entry.label
         for field in dataclasses.fields(entry.Settings):
             found.settings[key_of(field)] = field.metadata["label"]

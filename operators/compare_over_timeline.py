@@ -47,6 +47,7 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
         from ..core.structures.bvh import BVH
 
         root = context.scene.accelscope
+        structure: Any
         structure, settings = properties.structure_and_settings(root)
         if structure is not BVH:
             raise InputError(f"only a BVH can be refitted, not {structure.label}")
