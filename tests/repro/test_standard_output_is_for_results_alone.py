@@ -17,14 +17,22 @@ def run(*words, **environment):
     )  # fmt: skip
 
 
+def has_drivers():
+    """Whether a driver may be refused: after that, Blender 4.5 by itself hangs at its end."""
+    import bpy
+
+    return bpy.app.version >= (5, 0)
+
+
 @pytest.fixture(scope="module")
 def blend(tmp_path_factory):
     """A file whose driver Blender refuses to run, and says so on standard output."""
     bpy = pytest.importorskip("bpy")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.mesh.primitive_cube_add()
-    driver = bpy.context.object.driver_add("location", 0).driver
-    driver.expression = "__import__('os').getpid()"
+    if has_drivers():
+        driver = bpy.context.object.driver_add("location", 0).driver
+        driver.expression = "__import__('os').getpid()"
     path = tmp_path_factory.mktemp("blend") / "driver.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -42,7 +50,7 @@ def test_blender_may_print_what_it_likes(blend, quiet):
         assert done.stderr == ""
     else:
         assert "OCIO" in done.stderr, "this Blender has nothing to say about a missing profile?"
-        assert "PyDriver" in done.stderr
+        assert ("PyDriver" in done.stderr) == has_drivers()
 
 
 @pytest.mark.bpy
