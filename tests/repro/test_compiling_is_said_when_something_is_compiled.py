@@ -43,6 +43,6 @@ def test_a_kernel_that_is_new():
         assert progress.said == []
         assert numba.njit(lambda x: x + 1)(1) == 2
         assert numba.njit(lambda x: x + 2)(1) == 3
-    assert progress.said == ["compiling that, once after installation"]
+    assert progress.said == ["compiling that, once after installation, some ten seconds"]
     assert numba.njit(lambda x: x + 3)(1) == 4
     assert len(progress.said) == 1

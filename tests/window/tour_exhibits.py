@@ -133,7 +133,7 @@ def slow_frame() -> Steps:
 
     def frame(number: int, progress: Any) -> Any:
         time.sleep(4.0)
-        return levels.frame(number)
+        return levels.frame(number, progress)
 
     showcase.exhibits = [
         dataclasses.replace(levels, name="slow", label="Slow", frame=frame), *showcase.exhibits[1:]
