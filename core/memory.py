@@ -68,8 +68,9 @@ def refuse_if_unnumbered(count: float, what: str, advice: str) -> None:
         What to do instead.
     """
     if count > MOST_NUMBERS:
+        counted, most = (f"{number:,.0f}".replace(",", " ") for number in (count, MOST_NUMBERS))
         raise InputError(
-            f"there would be {count:.0f} {what}, and numbers for {MOST_NUMBERS}; {advice}"
+            f"{counted} {what} are more than the {most} that can be numbered; {advice}"
         )
 
 

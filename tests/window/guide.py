@@ -22,6 +22,8 @@ CHECK_BOX = 0.45
 """Where a check box in front of a number is, as a share of that width."""
 HEADER = 0.112
 """Where the check box of a panel's header is, as a share of that width."""
+REFIT = 0.25
+"""Where Refit is, left of Compare over Timeline, as a share of that width."""
 
 # Software GL draws a million triangles in seconds, and another process may have the processor.
 session = Session(timeout=240.0)

@@ -16,6 +16,7 @@ import bpy
 sys.path.insert(0, str(Path(__file__).parent))
 from guide import (
     HEADER,
+    REFIT,
     build,
     changed,
     install,
@@ -259,7 +260,7 @@ def timeline() -> Steps:
     yield from build()
     before = results().built
     scene.frame_set(5)
-    yield from session.press("accelscope.refit(")
+    yield from session.press("accelscope.refit(", across=REFIT)
     yield lambda: running() is None and results().built is not before
     roots = [built.structure.cells().boxes[0] for built in (before, results().built)]
     assert roots[1][3] > 3.9 * roots[0][3]
