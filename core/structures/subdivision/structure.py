@@ -80,7 +80,7 @@ class Subdivision(Structure):
         return np.prod(nodes.boxes[:, 3:] - nodes.boxes[:, :3], axis=1)
 
     def rounding(self) -> float:
-        """Return how far cells are off the planes that bound them."""
+        """Return how far the boxes of cells may be off the triangles in them."""
         return 0.0
 
     def gaps(self) -> float:
