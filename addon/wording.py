@@ -20,6 +20,10 @@ ABBREVIATIONS = {"bsp", "bvh", "kdtree"}
 KINDS = "structure|rays|sample scene"
 
 
+BETWEEN_WORDS = re.compile(r"(?<!\d)\s+|\s+(?!\d{3}(?!\d))")
+"""Where a line may end: not in a number such as 16 161."""
+
+
 class Names(NamedTuple):
     """What the panel calls things, by their names on the command line."""
 
@@ -61,6 +65,16 @@ def in_panel(message: str) -> str:
     text = re.sub(r"(?<![\w/.])(\w+)=([\w.-]+)", _setting_and_value, text)
     text = re.sub(r"'(\w+)'", _quoted_setting, text)
     return re.sub(r"(?<![\w/.'])\w+(?![\w/'])(?!\.\w)", _word, text)
+
+
+def in_lines(text: str, characters: int) -> list[str]:
+    """Return a text over lines of at most so many characters, unless a word has more."""
+    lines = [""]
+    for word in BETWEEN_WORDS.split(text.strip()):
+        if lines[-1] and len(lines[-1]) + 1 + len(word) > characters:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {word}".strip()
+    return lines
 
 
 def _entry_before_colon(match: re.Match[str]) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 
 from ..addon import jobs, properties, ranges
+from ..addon.wording import in_lines
 from ..core.settings import has_effect
 
 
@@ -74,12 +75,7 @@ def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: str, width: int) -
     """Draw a text over as many lines as it needs; `width` is that of the region in pixels."""
     # About the width of a character in the interface's font.
     characters = max(int(width / (7.0 * bpy.context.preferences.system.ui_scale)) - 5, 16)
-    lines: list[str] = [""]
-    for word in text.split():
-        if lines[-1] and len(lines[-1]) + 1 + len(word) > characters:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for number, line in enumerate(lines):
+    for number, line in enumerate(in_lines(text, characters)):
         column.label(text=line, icon=icon if number == 0 or icon == "NONE" else "BLANK1")
