@@ -51,18 +51,26 @@ def look_at(area: bpy.types.Area, points: np.ndarray) -> None:
 def slopes_of(area: bpy.types.Area, lens: float) -> Slopes:
     """Return how far a viewport shows to the left and right, down and up, per distance forward.
 
-    What the toolbar and the sidebar cover does not count.
+    What headers, toolbar and sidebar cover does not count.
     """
-    regions = {region.type: region for region in area.regions}
-    window = regions["WINDOW"]
-    covered = {"LEFT": 0, "RIGHT": 0}
-    if bpy.context.preferences.system.use_region_overlap:
-        for kind in ("TOOLS", "UI"):
-            region = regions[kind]
-            if region.alignment in covered and region.width > 1:
-                covered[region.alignment] += region.width
-    larger = max(window.width, window.height)
-    unit = MARGIN * SENSOR / lens / larger
-    half_width, half_height = unit * window.width, unit * window.height
-    left, right = (half_width - 2 * unit * covered[side] for side in ("LEFT", "RIGHT"))
-    return (left, right), (half_height, half_height)
+    (window,) = (region for region in area.regions if region.type == "WINDOW")
+    covered = dict.fromkeys(("LEFT", "RIGHT", "BOTTOM", "TOP"), 0)
+    for region in area.regions:
+        # A region that is hidden has one pixel; one that stands beside the window covers nothing.
+        if region.alignment in covered and region.width > 1 and region.height > 1:
+            reach = {
+                "LEFT": region.x + region.width - window.x,
+                "RIGHT": window.x + window.width - region.x,
+                "BOTTOM": region.y + region.height - window.y,
+                "TOP": window.y + window.height - region.y,
+            }[region.alignment]
+            covered[region.alignment] = max(covered[region.alignment], reach)
+    # In units of half a pixel.
+    unit = MARGIN * SENSOR / lens / max(window.width, window.height)
+    left, right, down, up = (
+        unit * (size - 2 * covered[side])
+        for size, side in zip(
+            (window.width, window.width, window.height, window.height), covered, strict=True
+        )
+    )
+    return (left, right), (down, up)
