@@ -132,7 +132,7 @@ def test_command_line_in_blender_finds_what_the_terminal_finds(extension_zip: Pa
     # Beside the output, which is emptied first; in the checkout, so that the root sees it.
     blend = OUTPUT / "command.blend"
     subprocess.run([sys.executable, HERE / "make_blend.py", blend], check=True)
-    in_window("evaluate.sh", output, extension_zip, blend, *COMMAND, seconds=300)
+    in_window("evaluate.sh", output, extension_zip, blend, *COMMAND, seconds=1200)
     outside = output / "outside.json"
     command = [sys.executable, "-m", "accelscope", "evaluate", blend, *COMMAND, "--json", outside]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
+from bpy_extras.view3d_utils import location_3d_to_region_2d
 
 sys.path.insert(0, str(Path(__file__).parent))
 from guide import (
@@ -24,6 +26,7 @@ from guide import (
     open_panel,
     open_wide_tab,
     over_viewport,
+    part,
     reset,
     results,
     running,
@@ -63,6 +66,22 @@ def seen(name: str) -> Steps:
     over_viewport()
     yield 0.5
     station(name)
+
+
+def in_view() -> None:
+    """Assert that all that is drawn is where nothing covers the viewport."""
+    overlay, region = part("addon.overlay"), session.region()
+    view = session.area().spaces[0].region_3d
+    points = overlay.points_of((overlay.EXHIBIT, overlay.PLANE))
+    places = np.array([location_3d_to_region_2d(region, view, point) for point in points])
+    places += [region.x, region.y]
+    low, high = places.min(axis=0), places.max(axis=0)
+    toolbar, sidebar = session.region("TOOLS"), session.region("UI")
+    top = min(session.region(name).y for name in ("HEADER", "TOOL_HEADER"))
+    assert toolbar.x + toolbar.width < low[0], (low, high)
+    assert high[0] < sidebar.x, (low, high)
+    assert region.y < low[1], (low, high)
+    assert high[1] < top, (low, high)
 
 
 @session.step
@@ -212,6 +231,7 @@ def every_exhibit() -> Steps:
                     yield lambda: running() is None
                     bpy.ops.accelscope.view_exhibit()
                     yield from seen(f"{choice}-{exhibit.name}-{number}")
+                    in_view()
                 note(f"seconds {exhibit.name}", round(time.monotonic() - started, 2))
         bvh.property_unset(setting)
     group().show = False
@@ -275,6 +295,7 @@ def timeline() -> Steps:
     yield lambda: running() is None
     bpy.ops.accelscope.view_exhibit()
     yield from seen("compared-over-timeline")
+    in_view()
     group().show = False
     scene.frame_end = 250
     sample("suzanne")
@@ -282,13 +303,13 @@ def timeline() -> Steps:
 
 @session.step
 def every_volume() -> Steps:
-    """The volumes of all kinds, two levels of each."""
+    """One level of volumes that are no boxes along the axes; of k-DOPs the closest."""
     bvh = settings().structures.bvh
     display = settings().display
     display.depth_min = display.depth_max = 3
-    for volume in items(bvh, "volume"):
+    for volume in ("sphere", "smallest_sphere", "obb", "kdop26"):
         bvh.volume = volume
-        yield from build()
+        bpy.ops.accelscope.build()
         over_viewport()
         yield 0.5
         station(f"volume-{volume}")
