@@ -76,7 +76,8 @@ def _edges_of(directions: tuple[tuple[float, ...], ...]) -> Edges:
     lists = [row[row >= 0] for row in tight_neighbours(normals)]
     units = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     pairs = [(i, j) for i, row in enumerate(lists) for j in row.tolist() if i < j]
-    angles, ends, others, weights = [], [], [], []
+    angles, ends, weights = [], [], []
+    others: list[int] = []
     for i, j in pairs:
         cosine = units[i] @ units[j]
         sine = np.sqrt(1.0 - cosine * cosine)
