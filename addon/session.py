@@ -80,7 +80,7 @@ class Outcome(NamedTuple):
 
         structure = built.structure
         record = more | make_record(built, None, progress)
-        drawable = make_drawable(structure.cells(), progress)
+        drawable = make_drawable(structure.cells(progress), progress)
         return cls(snapshot, built, drawable, record, structure.exhibits())
 
 

@@ -151,7 +151,7 @@ class Boxes(NamedTuple):
         """Return the axis-aligned boxes around them, (n, 6)."""
         return self.rows
 
-    def polygons(self, numbers: np.ndarray) -> Polygons:
+    def polygons(self, numbers: np.ndarray, progress: Progress = SILENT) -> Polygons:
         """Return the six sides of some boxes; the owner of a side is its place in `numbers`."""
         return sides_of(corners_of(self.rows[numbers]))
 

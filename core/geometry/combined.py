@@ -61,11 +61,13 @@ class Intersection(NamedTuple):
         a, b = self.first.boxes(), self.second.boxes()
         return np.hstack([np.maximum(a[:, :3], b[:, :3]), np.minimum(a[:, 3:], b[:, 3:])])
 
-    def polygons(self, numbers: np.ndarray) -> Polygons:
+    def polygons(self, numbers: np.ndarray, progress: Progress = SILENT) -> Polygons:
         """Return the faces of some polyhedra; with a sphere among them, those of all members."""
         if is_polyhedral(self):
-            return faces_of(self, numbers)
-        return merged(self.first.polygons(numbers), self.second.polygons(numbers))
+            return faces_of(self, numbers, progress)
+        return merged(
+            self.first.polygons(numbers, progress), self.second.polygons(numbers, progress)
+        )
 
     def half_spaces(self, numbers: np.ndarray) -> np.ndarray:
         """Return some polyhedra as half-spaces ``n . p <= h``: (k, m, 4), each [nx, ny, nz, h]."""
@@ -103,9 +105,11 @@ class Union(NamedTuple):
         a, b = self.first.boxes(), self.second.boxes()
         return np.hstack([np.minimum(a[:, :3], b[:, :3]), np.maximum(a[:, 3:], b[:, 3:])])
 
-    def polygons(self, numbers: np.ndarray) -> Polygons:
+    def polygons(self, numbers: np.ndarray, progress: Progress = SILENT) -> Polygons:
         """Return the faces of all members of some unions."""
-        return merged(self.first.polygons(numbers), self.second.polygons(numbers))
+        return merged(
+            self.first.polygons(numbers, progress), self.second.polygons(numbers, progress)
+        )
 
 
 def is_polyhedral(volumes: Any) -> bool:

@@ -291,17 +291,23 @@ def measured(volumes: Any, progress: Progress = SILENT) -> tuple[np.ndarray, np.
     return areas, contents
 
 
-def faces_of(volumes: Any, numbers: np.ndarray) -> Polygons:
+def faces_of(volumes: Any, numbers: np.ndarray, progress: Progress = SILENT) -> Polygons:
     """Return the faces of some polyhedra; the owner of a face is its place in `numbers`.
 
     Parameters
     ----------
     volumes : NamedTuple of arrays
         With methods ``boxes()``, ``half_spaces(numbers)`` and ``neighbours()``.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
     boxes, neighbours = volumes.boxes(), volumes.neighbours()
     lists = []
     for begin in range(0, max(len(numbers), 1), AT_ONCE):
+        progress.report(begin, len(numbers), "Finding faces")
         some = numbers[begin : begin + AT_ONCE]
         local = localised(volumes.half_spaces(some), boxes[some])
         n, m = local.planes.shape[:2]

@@ -73,9 +73,9 @@ class KDOPs(NamedTuple):
         """Return the volumes, (n,), of k-DOPs that fit tightly."""
         return measured_by_edges(self.rows, self.directions)[1]
 
-    def polygons(self, numbers: np.ndarray) -> Polygons:
+    def polygons(self, numbers: np.ndarray, progress: Progress = SILENT) -> Polygons:
         """Return the faces of some k-DOPs; the owner of a face is its place in `numbers`."""
-        return faces_of(self, numbers)
+        return faces_of(self, numbers, progress)
 
     def half_spaces(self, numbers: np.ndarray) -> np.ndarray:
         """Return some k-DOPs as half-spaces ``n . p <= h``: (m, k, 4), each [nx, ny, nz, h]."""

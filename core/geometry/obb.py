@@ -73,7 +73,7 @@ class OBBs(NamedTuple):
         corners = self.corners()
         return np.hstack([corners.min(axis=1), corners.max(axis=1)])
 
-    def polygons(self, numbers: np.ndarray) -> Polygons:
+    def polygons(self, numbers: np.ndarray, progress: Progress = SILENT) -> Polygons:
         """Return the six sides of some boxes; the owner of a side is its place in `numbers`."""
         return sides_of(OBBs(self.rows[numbers]).corners())
 

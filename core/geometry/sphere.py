@@ -64,7 +64,7 @@ class Spheres(NamedTuple):
         centre, radius = self.rows[:, :3], self.rows[:, 3:]
         return np.hstack([centre - radius, centre + radius])
 
-    def polygons(self, numbers: np.ndarray) -> Polygons:
+    def polygons(self, numbers: np.ndarray, progress: Progress = SILENT) -> Polygons:
         """Return the three great circles across the axes of some spheres.
 
         The owner of a circle is its place in `numbers`.

@@ -326,8 +326,14 @@ class Structure(abc.ABC):
         """
 
     @abc.abstractmethod
-    def cells(self) -> Cells:
-        """Return everything there is to draw."""
+    def cells(self, progress: Progress = SILENT) -> Cells:
+        """Return everything there is to draw.
+
+        Raises
+        ------
+        Cancelled
+            From `progress`.
+        """
 
     @abc.abstractmethod
     def statistics(self, progress: Progress = SILENT) -> Statistics:

@@ -349,7 +349,7 @@ class MacroGrid(Grid):
         distances = measure_distances(is_occupied, grid.resolution, settings.regions, progress)
         return cls(scene, settings, MacroGridArrays(*grid, distances), triangles)
 
-    def cells(self) -> Cells:
+    def cells(self, progress: Progress = SILENT) -> Cells:
         """Return all cells, with their distance; of the directed regions with each octant's too.
 
         ``distance`` is the chessboard distance, ``distance_npn`` that in the octant of directions
@@ -360,7 +360,7 @@ class MacroGrid(Grid):
         if len(distances) > 1:
             for signs, values in zip(OCTANTS, distances, strict=True):
                 extra["distance_" + "".join("p" if s > 0 else "n" for s in signs)] = values
-        return dataclasses.replace(super().cells(), extra=extra)
+        return dataclasses.replace(super().cells(progress), extra=extra)
 
     def region(self, number: int, direction: np.ndarray) -> np.ndarray | None:
         """Return the box (6,) that a ray of a direction (3,) passes in one step from an empty cell.

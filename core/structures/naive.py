@@ -79,7 +79,7 @@ class Naive(Structure):
         box = np.concatenate([scene.lower, scene.upper])[None]
         return cls(scene, settings, NaiveArrays(box), triangles_of(scene))
 
-    def cells(self) -> Cells:
+    def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the one cell, the scene's box."""
         zero = np.zeros(1, dtype=np.int32)
         return Cells(

@@ -180,13 +180,13 @@ class SortedVolumes(Structure):
         volumes = fit_all(settings.volume, triangles.corners, offsets[:-1], offsets[1:], progress)
         return cls(scene, settings, VolumeList(volumes, offsets), triangles)
 
-    def cells(self) -> Cells:
+    def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the volumes of all objects; a cell's number is its object."""
         volumes, count = self.arrays.volumes, np.diff(self.arrays.offsets)
         numbers = np.arange(len(count))
         return Cells.sorted_by_depth(
             volumes.boxes(), np.zeros(len(count)), np.ones(len(count), dtype=bool), count,
-            faces=volumes.polygons(numbers), areas=volumes.areas(),
+            faces=volumes.polygons(numbers, progress), areas=volumes.areas(progress),
         )  # fmt: skip
 
     def statistics(self, progress: Progress = SILENT) -> Statistics:

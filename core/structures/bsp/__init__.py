@@ -186,7 +186,7 @@ class Bsp(Subdivision):
         """Return what the shells of all cuts may hold."""
         return self.arrays.tree.shell * float(self.grown.area[self.grown.link > 0].sum())
 
-    def cells(self) -> Cells:
+    def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the cells of all nodes as polyhedra, with the planes that cut them.
 
         Attribute `order` is the step of the building in which a cell was made.

@@ -189,26 +189,29 @@ class BVH(Structure):
         """Return the depth of every node, (n_nodes,) int64."""
         return depths_of(self.arrays.first, self.arrays.size, self.width())
 
-    def cells(self) -> Cells:
+    def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the volumes of all nodes; a cell's number is its node.
 
         Of volumes that are not boxes, the MOST_SHAPES nodes nearest to the root come as they are,
         the others as boxes around them: a million 26-DOPs would take three gigabytes.
         """
+        text = "Listing the nodes"
+        progress.report(0, 4, text)
         volumes, count, depth = self.arrays.volumes, self.arrays.size, self.depths()
         boxes, is_leaf = volumes.boxes(), count > 0
+        progress.report(1, 4, text)
+        self.measured_areas(progress)
         efficiency = self.efficiency()
-        extra = {
-            "gain": efficiency.gain,
-            "expected_gain": efficiency.expected_gain,
-            "overlap": self.overlap(),
-        }
+        extra = {"gain": efficiency.gain, "expected_gain": efficiency.expected_gain}
+        progress.report(2, 4, text)
+        extra["overlap"] = self.overlap()
+        progress.report(3, 4, text)
         if self.splits is not None:
             extra |= self.splits.of_nodes(self.arrays)
         if isinstance(volumes, Boxes):
             return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra)
         shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
-        faces = volumes.polygons(shaped)
+        faces = volumes.polygons(shaped, progress)
         faces = faces._replace(owners=shaped[faces.owners])
         return Cells.sorted_by_depth(
             boxes, depth, is_leaf, count, extra, faces=faces, areas=self.areas

@@ -177,7 +177,7 @@ class Grid(Structure):
         """Return the references per cell, (n_cells,) int64."""
         return np.diff(self.arrays.offsets)
 
-    def cells(self) -> Cells:
+    def cells(self, progress: Progress = SILENT) -> Cells:
         """Return all cells; their number is that of the step log."""
         box, size, resolution = self.arrays.box, self.arrays.cell_size, self.arrays.resolution
         counts = self._counts()

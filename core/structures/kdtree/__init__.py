@@ -224,7 +224,7 @@ class KdTree(Subdivision):
             return breadth_first_steps(tree)
         return (np.arange(len(tree.link)) + 1) // 2  # numbers are given depth-first
 
-    def cells(self) -> Cells:
+    def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the cells of all nodes, with the planes that cut them.
 
         Attribute `axis` is 3 and `split` is NaN for leaves; `order` is that of

@@ -198,7 +198,7 @@ class Octree(Subdivision):
         leaves = np.arange(n_inner, n_nodes)
         return Topology(boxes, built.levels.astype(np.int64), is_leaf, count, leaves)
 
-    def cells(self) -> Cells:
+    def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the cells of all nodes, with the three planes that cut each inner one."""
         built, nodes = self.built, self.topology()
         n_inner = len(built.planes)

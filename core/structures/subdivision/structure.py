@@ -133,7 +133,7 @@ class Subdivision(Structure):
         arrays = [*self.arrays, *self.arrays.tree]
         return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
 
-    def cells(self) -> Cells:
+    def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the cells of all nodes; a cell's number is its node."""
         nodes = self.topology()
         return Cells.sorted_by_depth(nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count)

@@ -50,10 +50,7 @@ def nodes_not_paying(structure: BVH) -> Exhibit:
         progress.report(0, 4, text)
         return structure.efficiency()
 
-    @Once
-    def cells(progress: Progress) -> Cells:
-        progress.report(1, 4, text)
-        return structure.cells()
+    cells = Once(structure.cells)
 
     @Once
     def ranges(progress: Progress) -> tuple[np.ndarray, np.ndarray]:

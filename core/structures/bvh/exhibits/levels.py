@@ -30,7 +30,7 @@ def levels(bvh: BVH) -> Exhibit:
 
     Leaves above the level are drawn, too, so that the volumes of each frame contain everything.
     """
-    cells_of = Once(lambda progress: bvh.cells())
+    cells_of = Once(bvh.cells)
     deepest = int(bvh.depths().max())
 
     def frame(level: int, progress: Progress = SILENT) -> Frame:
