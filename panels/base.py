@@ -54,11 +54,15 @@ def draw_range(layout: bpy.types.UILayout, group: Any, name: str, text: str | No
     row.prop(group, ranges.share_of(name), text="", slider=True)
 
 
-def draw_job(layout: bpy.types.UILayout, job: jobs.Job) -> None:
-    """Draw how far a job is, and the button that stops it."""
+def draw_job(layout: bpy.types.UILayout, job: jobs.Job, width: int) -> None:
+    """Draw how far a job is, and the button that stops it; `width` is the region's in pixels."""
+    # In the bar is room for some words only: what is said behind a comma stands below.
+    what, _, more = job.text.partition(", ")
     row = layout.row(align=True)
-    row.progress(factor=job.factor, text=job.text)
+    row.progress(factor=job.factor, text=what)
     row.operator("accelscope.cancel", text="", icon="X")
+    if more:
+        draw_wrapped(layout, more[:1].upper() + more[1:], "NONE", width)
     layout.label(text="Esc to stop")
 
 

@@ -31,7 +31,7 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
 
         job = jobs.running()
         if job:
-            draw_job(layout, job)
+            draw_job(layout, job, context.region.width)
         else:
             row = layout.row(align=True)
             row.scale_y = 1.4

@@ -40,7 +40,7 @@ class VIEW3D_PT_accelscope_exhibits(SidebarPanel, bpy.types.Panel):
 
         job, width = jobs.running(), context.region.width
         if job:
-            draw_job(layout, job)
+            draw_job(layout, job, context.region.width)
         elif showcase.shown != showcase.wanted(group):
             layout.operator("accelscope.show_frame")
         assert session.current.built is not None

@@ -43,7 +43,7 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
         job = jobs.running()
         if job:
             # Here too, since the panel above may be scrolled out of sight.
-            draw_job(layout, job)
+            draw_job(layout, job, context.region.width)
         else:
             row = layout.row()
             row.scale_y = 1.4

@@ -38,7 +38,7 @@ class VIEW3D_PT_accelscope_split_plane(SidebarPanel, bpy.types.Panel):
         axis, job = view.wanted(group), jobs.running()
         if axis is not None and axis not in view.axes:
             if job:
-                draw_job(layout, job)
+                draw_job(layout, job, context.region.width)
             else:
                 layout.operator("accelscope.show_frame", text="Show Plane")
         grid = layout.column(align=True)
