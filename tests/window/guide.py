@@ -157,5 +157,7 @@ def install() -> None:
     assert MODULE in bpy.context.preferences.addons, f"nothing was installed from {path}"
     # Views change at once, so that a screenshot does not show the way there.
     bpy.context.preferences.view.smooth_view = 0
+    # Blender catches the pointer while it drags, and takes where it is put for how far it moved.
+    bpy.context.preferences.inputs.use_mouse_continuous = False
     # One pass instead of eight, each of which takes software GL most of a second.
     bpy.context.preferences.system.viewport_aa = "FXAA"

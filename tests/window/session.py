@@ -59,14 +59,17 @@ Steps = Generator[Wait, None, None]
 Place = tuple[float, float]
 
 TICK = 0.1
-"""Seconds between two looks at what the step waits for; Blender handles events in between."""
+"""Seconds that a step waits for Blender to handle events, if it says nothing else."""
+
+LOOK = 0.03
+"""Seconds between two looks at what the step waits for."""
 
 FIRST_TICK = 2.0
 """Seconds until the first step: the window must have been drawn once before regions have sizes."""
 
 MOUSE_BUTTONS = {"LEFT": "1", "MIDDLE": "2", "RIGHT": "3", "WHEEL_UP": "4", "WHEEL_DOWN": "5"}
 
-SCAN = 9
+SCAN = 16
 """Pixels between two places where a button is looked for; buttons are 20 high."""
 
 
@@ -91,6 +94,19 @@ class _Recorder:
     def flush(self) -> None:
         """Flush the stream."""
         self.stream.flush()
+
+
+class NotePointer(bpy.types.Operator):
+    """Note where the mouse pointer is for Blender: on a busy machine it hears of it late."""
+
+    bl_idname = "session.pointer"
+    bl_label = "Note the Pointer"
+
+    place = (-1, -1)
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        NotePointer.place = event.mouse_x, event.mouse_y
+        return {"FINISHED"}
 
 
 def fits(button: str, name: str) -> bool:
@@ -145,6 +161,7 @@ class Session:
         bpy.context.preferences.view.show_splash = False
         bpy.context.preferences.view.use_save_prompt = False
         sys.stderr = self._errors
+        bpy.utils.register_class(NotePointer)
         # Persistent: a step may load a file.
         bpy.app.timers.register(self._tick, first_interval=FIRST_TICK, persistent=True)
 
@@ -174,7 +191,7 @@ class Session:
                     return None
         except BaseException:
             self._fail(traceback.format_exc())
-        return TICK
+        return LOOK
 
     def _advance(self) -> None:
         error = self._error()
@@ -193,11 +210,10 @@ class Session:
         return None
 
     def _wait_is_over(self) -> bool:
-        if self._wait is None:
-            return True
         if callable(self._wait):
             return bool(self._wait())
-        return time.monotonic() - self._waiting_since >= self._wait
+        seconds = TICK if self._wait is None else self._wait
+        return time.monotonic() - self._waiting_since >= seconds
 
     def _finish(self) -> None:
         # Python ends after Blender has disabled the add-ons: errors in that count as well.
@@ -416,8 +432,8 @@ class Session:
             places = [(x, y - row * SCAN) for row in range(int(sidebar.height / SCAN) - 1)]
             if known is not None and scrolling != "WHEEL_DOWN":
                 # The panels above it may have grown or shrunk by a few lines.
-                offsets = (0, *(sign * n * SCAN for n in range(1, 7) for sign in (-1, 1)))
-                near = [(known[0], known[1] + offset) for offset in offsets]
+                offsets = (sign * n * SCAN for n in range(1, 5) for sign in (-1, 1))
+                near = [(x, known[1]), known, *((x, known[1] + offset) for offset in offsets)]
                 places = [*near, *places] if scrolling else near
             for place in places:
                 if (yield from self._settles_on(name, place)):
@@ -426,18 +442,32 @@ class Session:
 
     def _settles_on(self, name: str, place: Place) -> Generator[Wait, None, bool]:
         """Move the pointer to a place; when the button is there, further inside it."""
-        self.move(*place)
-        yield
+        yield from self._point(*place)
         found = self.button_under_pointer()
         if found:
             self._places[found] = place
         if not fits(found, name):
             return False
-        place = (place[0], place[1] - SCAN / 2)
-        self.move(*place)
-        yield 2 * TICK
-        self._places[name] = place
-        return fits(self.button_under_pointer(), name)
+        # A few pixels further down, unless the button ends there.
+        for down in (SCAN / 4, 0):
+            inside = (place[0], place[1] - down)
+            yield from self._point(*inside)
+            if fits(self.button_under_pointer(), name):
+                self._places[name] = inside
+                return True
+        return False
+
+    def _point(self, x: float, y: float) -> Steps:
+        """Move the pointer, and wait until Blender has told what is under it."""
+        self.move(x, y)
+        yield lambda: self._is_seen_at(x, y)
+        # It knows the place before it handles the event.
+        yield LOOK
+
+    def _is_seen_at(self, x: float, y: float) -> bool:
+        bpy.ops.session.pointer("INVOKE_DEFAULT")
+        seen_x, seen_y = NotePointer.place
+        return abs(seen_x - x) <= 1 and abs(seen_y - y) <= 1
 
     def press(self, name: str, across: float = 0.6) -> Steps:
         """Find a button of the sidebar and click on it: ``yield from session.press("x.build(")``.
@@ -456,13 +486,13 @@ class Session:
         self.click(x, y)
         yield 3 * TICK
 
-    def enter(self, name: str, text: str, across: float = 0.6) -> Steps:
+    def enter(self, name: str, text: str, across: float = 0.55) -> Steps:
         """Type a value into a field of the sidebar: ``yield from session.enter("opacity", "1")``.
 
         Parameters
         ----------
         name, across
-            See `find`.
+            See `find`. A number with a slider behind it is short, and has arrows at both ends.
         text
             What to type.
 
@@ -530,8 +560,7 @@ class Session:
         # Several, since Blender waits for a second move before it takes a drag for one.
         shares = (0.25, 0.5, 0.75, 1.0)
         points = [tuple(a + f * (b - a) for a, b in zip(start, end, strict=True)) for f in shares]
-        self._xdotool(self._move(*start))
-        yield
+        yield from self._point(*start)
         self._xdotool(["mousedown", MOUSE_BUTTONS[button]])
         for point in points:
             yield 2 * TICK
