@@ -5,11 +5,14 @@ Blender's own View Selected knows objects only.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import bpy
 import numpy as np
 from mathutils import Vector
 
-from ..core.evaluation.picture_cameras import MARGIN, Slopes, standpoint
+if TYPE_CHECKING:  # importing it for real would import Numba at registration
+    from ..core.evaluation.picture_cameras import Slopes
 
 SENSOR = 36.0
 """Tangent between the middle and the border of a viewport's larger side, times its lens."""
@@ -25,6 +28,8 @@ def look_at(area: bpy.types.Area, points: np.ndarray) -> None:
     points : (n, 3) float64
         At least one.
     """
+    from ..core.evaluation.picture_cameras import standpoint
+
     space = area.spaces.active
     view = space.region_3d
     if view.view_perspective == "CAMERA":
@@ -53,6 +58,8 @@ def slopes_of(area: bpy.types.Area, lens: float) -> Slopes:
 
     What headers, toolbar and sidebar cover does not count.
     """
+    from ..core.evaluation.picture_cameras import MARGIN
+
     (window,) = (region for region in area.regions if region.type == "WINDOW")
     covered = dict.fromkeys(("LEFT", "RIGHT", "BOTTOM", "TOP"), 0)
     for region in area.regions:
