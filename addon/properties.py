@@ -169,8 +169,8 @@ def _display_properties() -> dict[str, Any]:
     """Return what decides how cells are drawn; the overlay reads it."""
     return {
         "show": BoolProperty(
-            name="Show Cells", description="Draw the cells over the scene", default=True,
-            update=_redraw,
+            name="Show Cells", description="Draw the cells and the recorded ray over the scene",
+            default=True, update=_redraw,
         ),
         **range_properties(
             "depth_min", _deepest, label="Depth Min",

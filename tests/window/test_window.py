@@ -110,7 +110,7 @@ def test_tour_of_exhibits(extension_zip: Path) -> None:
 
 def test_five_minutes(extension_zip: Path) -> None:
     output = OUTPUT / "five-minutes"
-    in_window("five_minutes.py", output, "--", extension_zip, seconds=1200)
+    in_window("five_minutes.py", output, "--", extension_zip, seconds=2400)
     passed = (output / "passed.txt").read_text(encoding="utf-8").split()
     assert passed == steps_of(HERE / "five_minutes.py")
 
