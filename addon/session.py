@@ -187,9 +187,8 @@ class Session:
     def show_exhibit(self, context: bpy.types.Context) -> None:
         """Draw the frame that the panel asks for; one that has still to be made starts a job."""
         drawn = self.showcase.draw(context.scene.accelscope.exhibits)
-        # The job that is under way may be another one: the panel has a button to try again.
-        if not drawn and jobs.running() is None:
-            bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
+        if not drawn:
+            make_frame_soon()
 
     def show_plane(self, context: bpy.types.Context) -> None:
         """Draw the plane that the panel asks for, or none; the first of an axis starts a job."""
@@ -198,8 +197,8 @@ class Session:
         group = context.scene.accelscope.split_plane
         settings = generated.read(group, SplitPlaneSettings, "Split Plane")
         drawn = self.split_view.draw(settings if group.show else None)
-        if not drawn and jobs.running() is None:
-            bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
+        if not drawn:
+            make_frame_soon()
 
     def _walk(self) -> Walk:
         from ..core.evaluation.ray_path import Walk
@@ -386,6 +385,30 @@ def _is_playing() -> bool:
     return any(window.screen.is_animation_playing for window in windows)
 
 
+def make_frame_soon() -> None:
+    """Make the frame or the plane that the panels ask for, once Blender is done with the button.
+
+    A list that is open, and a field that is dragged, have handlers of their own. A job adds one,
+    and Blender has crashed when that came about while it was in theirs.
+    """
+    if bpy.app.background:
+        _make_frame()
+    elif not bpy.app.timers.is_registered(_make_frame):
+        bpy.app.timers.register(_make_frame)
+
+
+def _make_frame() -> None:
+    # The job that is under way may be another one: the panel has a button to try again.
+    if jobs.running() is not None:
+        return
+    # In a timer there is no window, which a job needs.
+    window = bpy.context.window or next(iter(bpy.context.window_manager.windows), None)
+    with bpy.context.temp_override(window=window):
+        # Clicks on something else may have come in between.
+        if bpy.ops.accelscope.show_frame.poll():
+            bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
+
+
 @persistent
 def _before_load(*_: Any) -> None:
     jobs.abandon()
@@ -415,8 +438,9 @@ def register() -> None:
 
 def unregister() -> None:
     """Stop listening and drop all results."""
-    if bpy.app.timers.is_registered(_compare):
-        bpy.app.timers.unregister(_compare)
+    for timer in (_compare, _make_frame):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)
     for event, handler in HANDLERS:
         handlers = getattr(bpy.app.handlers, event)
         if handler in handlers:

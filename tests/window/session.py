@@ -427,8 +427,12 @@ class Session:
             x, y = sidebar.x + across * sidebar.width, sidebar.y + sidebar.height - SCAN
             if scrolling:
                 count = {"WHEEL_UP": 40, "WHEEL_DOWN": 12}[scrolling]
+                before = self._scrolled()
                 self.click(x, sidebar.y + 0.5 * sidebar.height, scrolling, count=count)
                 yield 5 * TICK
+                if self._scrolled() == before and (known is None or scrolling == "WHEEL_DOWN"):
+                    # At the end already: all of this has been looked at.
+                    continue
             places = [(x, y - row * SCAN) for row in range(int(sidebar.height / SCAN) - 1)]
             if known is not None and scrolling != "WHEEL_DOWN":
                 # The panels above it may have grown or shrunk by a few lines.
@@ -439,6 +443,10 @@ class Session:
                 if (yield from self._settles_on(name, place)):
                     return self._places[name]
         raise RuntimeError(f"the sidebar has no button for {name}")
+
+    def _scrolled(self) -> float:
+        """Return how far the sidebar is scrolled."""
+        return self.region("UI").view2d.region_to_view(0, 0)[1]
 
     def _settles_on(self, name: str, place: Place) -> Generator[Wait, None, bool]:
         """Move the pointer to a place; when the button is there, further inside it."""

@@ -59,10 +59,15 @@ def items(group: Any, name: str) -> list[str]:
     return [item.identifier for item in group.bl_rna.properties[name].enum_items]
 
 
+def drawn() -> bool:
+    """Say whether the frame that the panel asks for is drawn."""
+    showcase = results().showcase
+    return running() is None and showcase.shown == showcase.wanted(group())
+
+
 def seen(name: str) -> Steps:
     """Wait until the frame that the panel asks for is drawn, and take a screenshot."""
-    showcase = results().showcase
-    yield lambda: running() is None and showcase.shown == showcase.wanted(group())
+    yield drawn
     over_viewport()
     yield 0.5
     station(name)
@@ -175,7 +180,7 @@ def slow_frame() -> Steps:
     yield 0.5
     station("slow-frame-stopped")
     yield from session.press("accelscope.show_frame(")
-    assert running()
+    yield running
     yield from seen("slow-frame-made")
     assert showcase.shown == ("slow", 2)
     group().chosen = ""
@@ -228,7 +233,7 @@ def every_exhibit() -> Steps:
                 group().exhibit = exhibit.name
                 for number in exhibit.on_page[1:2] or [exhibit.count // 2]:
                     group().frame = number
-                    yield lambda: running() is None
+                    yield drawn
                     bpy.ops.accelscope.view_exhibit()
                     yield from seen(f"{choice}-{exhibit.name}-{number}")
                     in_view()
@@ -292,7 +297,7 @@ def timeline() -> Steps:
     yield lambda: running() is None and len(results().timeline) > 0
     assert scene.frame_current == 1
     group().show, group().exhibit, group().frame = True, "refit_over_timeline", 4
-    yield lambda: running() is None
+    yield drawn
     bpy.ops.accelscope.view_exhibit()
     yield from seen("compared-over-timeline")
     in_view()
