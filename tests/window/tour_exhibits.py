@@ -199,6 +199,7 @@ def slowed(exhibit: Any) -> Any:
 def choose() -> Steps:
     """The list of exhibits drops down, and another one is chosen."""
     bpy.ops.accelscope.build()
+    yield drawn
     before = group().exhibit
     # A frame that takes its time becomes a job: not in the middle of what the list does.
     exhibits = results().showcase.exhibits
