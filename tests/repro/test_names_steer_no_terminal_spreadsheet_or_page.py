@@ -92,7 +92,10 @@ NAMES = ["<img src=x onerror=alert(1)>", "'\" onload=x y='", "$figures $scene ${
          "FIGURES ROWS TABLE TEXT SCENE", "&lt;script&gt;", "{parts} %s"]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", NAMES)
+# All of it at once, in fewer characters than a file's name may have; and each alone.
+@pytest.mark.parametrize(
+    "name", ["".join(NAMES), *(pytest.param(name, marks=pytest.mark.exhaustive) for name in NAMES)]
+)
 def test_names_on_every_page(run, obj, tmp_path, name):
     pages = {}
     for key, stem in (("plain", "plain"), ("hostile", name)):
