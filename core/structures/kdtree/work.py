@@ -37,6 +37,9 @@ N_NODES, N_REFERENCES, N_LISTED, TOP, WIDTH = range(5)
 # Columns of a node.
 AXIS, FIRST, SIZE, DEPTH, BEGIN, REFERENCES, EVENTS = range(7)  # EVENTS: of x, then y, then z
 N_COLUMNS = 9
+LEAST_ROOM = 1 << 12
+"""Triangles that there is room for at least: a deep tree over a few of them would otherwise come
+back for more after every few nodes."""
 
 SHARE = 6
 """Column of a cell, after its box."""
@@ -118,15 +121,16 @@ def make_work(n: int, width: int, cell: np.ndarray, limits: Limits) -> tuple[Wor
     cell : (7,) float64
         Box and share.
     """
-    lists = 6 * (width * n + 1)
+    room = max(n, LEAST_ROOM)
+    lists = 6 * (width * room + 1)
     work = Work(
         state=np.array([1, n, 0, width * n + 1, width]),
-        nodes=np.empty((8 * n + 8, N_COLUMNS), np.int64),
-        cells=np.empty((8 * n + 8, 7)),
-        listed=np.empty(8 * n + 8, np.int32),
-        triangle=np.empty(4 * n + 8, np.int32),
-        boxes=np.empty((4 * n + 8, 6)),
-        side=np.empty(4 * n + 8, np.int8),
+        nodes=np.empty((8 * room + 8, N_COLUMNS), np.int64),
+        cells=np.empty((8 * room + 8, 7)),
+        listed=np.empty(8 * room + 8, np.int32),
+        triangle=np.empty(4 * room + 8, np.int32),
+        boxes=np.empty((4 * room + 8, 6)),
+        side=np.empty(4 * room + 8, np.int8),
         positions=np.empty(lists),
         codes=np.empty(lists, np.int32),
         polygon=np.empty((2 * POLYGON_SIZE, 3)),
@@ -134,7 +138,7 @@ def make_work(n: int, width: int, cell: np.ndarray, limits: Limits) -> tuple[Wor
     axis = WAITING if n > limits.max_leaf_size and limits.max_depth > 0 else LEAF
     work.nodes[0] = axis, 0, n, 0, 0, n, 0, 0, 0
     work.cells[0] = cell
-    frontier = make_frontier(8 * n + 8, limits.order)
+    frontier = make_frontier(len(work.nodes), limits.order)
     frontier.state[1] = 1  # the root waits
     return work, frontier
 
