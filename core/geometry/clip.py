@@ -20,7 +20,11 @@ from .length import length
 
 POLYGON_SIZE = 10
 """Corners of a polygon: three, and one more for each of six planes, with room. A plane crosses the
-border of a convex polygon twice; where rounding says more often, the first two count."""
+border of a convex polygon twice, one with rounding as well: what is within it counts as on the
+plane."""
+
+ROUNDING = 8 * np.finfo(np.float64).eps
+"""How far a corner may be off by rounding, relative to the largest coordinate along its axis."""
 
 
 @inner
@@ -42,10 +46,17 @@ def clip(corners, triangle, box, polygon):
         axis, plane = face % 3, box[face]
         inward = 1.0 if face < 3 else -1.0
         target = POLYGON_SIZE - first
+        reach = abs(plane)
+        for corner in range(3):
+            x = abs(corners[triangle, corner, axis])
+            reach = x if x > reach else reach
+        slack = ROUNDING * reach
         kept, last, crossings = target, end - 1, 0
         before = inward * (polygon[last, axis] - plane)
+        before = before if abs(before) > slack else 0.0
         for corner in range(first, end):
             here = inward * (polygon[corner, axis] - plane)
+            here = here if abs(here) > slack else 0.0
             if (here < 0.0 < before or before < 0.0 < here) and crossings < 2:
                 crossings += 1
                 share = before / (before - here)

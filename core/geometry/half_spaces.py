@@ -105,14 +105,15 @@ def start_square(plane, size, points):
 def cut_polygon(plane, shell, room, row, count):
     """Cut what is above a plane off a polygon; return its row and number of corners then.
 
-    That is one more at most: a plane crosses the border of a convex polygon twice. Where rounding
-    says more often, the first two count.
+    That is one more at most: a plane crosses the border of a convex polygon twice, one with
+    rounding as well, since what is within half a shell counts as on the plane.
     """
     points, heights = room.points[row], room.heights
     low, high = np.inf, -np.inf
     for i in range(count):
         h = plane[0] * points[i, 0] + plane[1] * points[i, 1] + plane[2] * points[i, 2]
         h -= plane[3] + shell
+        h = h if abs(h) > 0.5 * abs(shell) else 0.0
         heights[i] = h
         low = h if h < low else low
         high = h if h > high else high

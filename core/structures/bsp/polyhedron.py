@@ -126,8 +126,8 @@ def clip(room, source, target, plane, sign, shell):
     n_faces = room.n_faces[source]
     kept, place = n_faces - n_faces, starts[0]  # zero; the number 0 would be a type of its own
     for face in range(n_faces):
-        # A plane crosses the border of a convex face twice; where rounding says more often, the
-        # first two count. So a face gets one corner more at most.
+        # A plane crosses the border of a convex face twice, rounding or not, since what is within
+        # the shell counts as on the plane. So a face gets one corner more at most.
         if place + starts[face + 1] - starts[face] + 1 > most:
             return False
         last, first, is_kept, crossings = starts[face + 1] - 1, place, False, 0

@@ -92,17 +92,19 @@ def append_side(lists, begin, count, plane, sign, shell):
         if not (most > shell or (is_in_plane and sign < 0.0)):
             continue
         triangle[place], start[place] = triangle[reference], corner
-        # A plane crosses the border of a convex polygon twice; where rounding says more often, the
-        # first two count.
+        # A plane crosses the border of a convex polygon twice, one with rounding as well: what is
+        # within the shell counts as on the plane, in both parts.
         is_cut, crossings = least < -shell, 0
         last = this + n - 1
         h = plane[0] * points[last, 0] + plane[1] * points[last, 1] + plane[2] * points[last, 2]
         before = sign * (h - plane[3])
+        before = before if abs(before) > shell else 0.0
         for i in range(this, this + n):
             here = 0.0
             if is_cut:
                 h = plane[0] * points[i, 0] + plane[1] * points[i, 1] + plane[2] * points[i, 2]
                 here = sign * (h - plane[3])
+                here = here if abs(here) > shell else 0.0
                 if (here < 0.0 < before or before < 0.0 < here) and crossings < 2:
                     crossings += 1
                     share = before / (before - here)
