@@ -101,6 +101,7 @@ def test_tour(extension_zip: Path) -> None:
     print(json.dumps(figures, indent=1))
 
 
+@pytest.mark.exhaustive
 def test_tour_of_exhibits(extension_zip: Path) -> None:
     output = OUTPUT / "tour-exhibits"
     in_window("tour_exhibits.py", output, "--", extension_zip, seconds=2400)
@@ -115,6 +116,7 @@ def test_five_minutes(extension_zip: Path) -> None:
     assert passed == steps_of(HERE / "five_minutes.py")
 
 
+@pytest.mark.exhaustive
 def test_tour_of_the_status(extension_zip: Path) -> None:
     output = OUTPUT / "tour-state"
     in_window("tour_state.py", output, "--", extension_zip, seconds=2400)
