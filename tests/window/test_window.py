@@ -90,6 +90,7 @@ def steps_of(script: Path) -> list[str]:
     ]
 
 
+@pytest.mark.exhaustive
 def test_tour(extension_zip: Path) -> None:
     output = OUTPUT / "tour"
     in_window("tour.py", output, "--", extension_zip, seconds=2400)
