@@ -40,10 +40,10 @@ from ..subdivision.settings import (
     walk_setting,
 )
 from ..subdivision.structure import Subdivision, Topology, padded_box
+from ..subdivision.subtrees import Limits
 from ..subdivision.walks import WALKS
 from .build import NO_BUDGET, grow_tree
 from .cells import Measures, covered_areas, measured, polygons
-from .grow import Limits
 from .grown import Grown
 from .planes import Autopartition, Heuristic, directions_of
 from .storage import BspArrays, BspMarch
@@ -174,13 +174,12 @@ class Bsp(Subdivision):
         """Return the true volumes of the cells."""
         return self.measures().volumes
 
-    def rounding(self) -> float:
-        """Return how far the box of a cell may be off a triangle in it: any distance.
+    def lists_what_is_apart(self, nodes: Topology, leaf_of: np.ndarray) -> bool:
+        """Return False: boxes do not tell, planes do (:meth:`validate`).
 
-        The corner of two planes that are nearly parallel moves far when they move by a shell. What
-        reaches into a cell is told by its planes, see :meth:`validate`.
+        The corner of two planes that are nearly parallel moves far when they move by a shell.
         """
-        return np.inf
+        return False
 
     def gaps(self) -> float:
         """Return what the shells of all cuts may hold."""

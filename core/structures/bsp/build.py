@@ -9,7 +9,6 @@ since nothing else tells in which order it splits.
 from __future__ import annotations
 
 import time
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
 import numpy as np
@@ -18,28 +17,24 @@ from ...errors import InputError
 from ...geometry.triangle import Triangles
 from ...kernels import call
 from ...memory import refuse_if_too_large
-from ...parallel import core_count
 from ...progress import Cancelled, Progress
 from ..subdivision.frontier import DEPTH_FIRST, PRIORITY, drop, enlarged, make_frontier, peek
+from ..subdivision.subtrees import ASIDE, DONE, PAUSED, Limits, build_with_threads
 from .grow import (
     AREA,
-    ASIDE,
     BEGIN,
     COUNT,
     DEPTH,
-    DONE,
     LINK,
     LISTED,
     NEEDS_LISTED,
     NEEDS_NODES,
     NEEDS_REFERENCES,
     PARENT,
-    PAUSED,
     POINTS,
     REFERENCES,
     SHARE,
     Growing,
-    Limits,
     grow,
     sweep,
 )
@@ -219,29 +214,7 @@ def grow_tree(
     top = Builder(
         rule, limits, (tree, lists, make_polyhedra(rows, box)), triangles.corners, shell, meter
     )
-
-    def build_subtree(builder: Builder) -> Grown:
-        builder.run()
-        return builder.finished()
-
-    subtrees: dict[int, Future[Grown]] = {}
-    with ThreadPoolExecutor(threads or core_count()) as pool:
-        try:
-            while top.run(reports=True) == ASIDE:
-                node, builder = top.hand_out()
-                subtrees[node] = pool.submit(build_subtree, builder)
-                del builder  # the pool gives its memory back
-            pending = set(subtrees.values())
-            while pending:
-                done, pending = wait(pending, timeout=0.1)
-                for future in done:
-                    future.result()
-                meter.report()
-        finally:
-            meter.stopped = True
-            for future in subtrees.values():
-                future.cancel()
-    pieces = {node: future.result() for node, future in subtrees.items()}
+    pieces = build_with_threads(top, meter, threads)
     grown = top.finished()
     if pieces:
         grown = joined(grown, pieces)

@@ -18,15 +18,13 @@ import numpy as np
 
 from ...kernels import inner, kernel
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, drop, is_empty, peek, put
+from ..subdivision.subtrees import ASIDE, DONE, PAUSED, SMALL
 from .planes import SAMPLE, choose_plane
 from .polyhedron import clip, measure_faces, measure_heights, side_areas
 from .references import append_side, move_references
 
-DONE, PAUSED, ASIDE, NEEDS_NODES, NEEDS_REFERENCES, NEEDS_POINTS, NEEDS_LISTED = range(7)
-"""What a call of :func:`grow` ends with."""
-
-SMALL = 1024
-"""References up to which a cell is not worth a thread."""
+NEEDS_NODES, NEEDS_REFERENCES, NEEDS_POINTS, NEEDS_LISTED = range(3, 7)
+"""What else a call of :func:`grow` ends with, beside DONE, PAUSED and ASIDE: room is lacking."""
 
 WAITING = 0
 """Link of a node that waits: no node has the root as its child."""
@@ -44,31 +42,6 @@ LINK, PARENT, DEPTH, BEGIN, COUNT = range(5)
 AREA, SHARE = 4, 5
 """Columns of a tree being built. Few arrays of many columns, since every array that is passed on
 costs time to compile."""
-
-
-class Limits(NamedTuple):
-    """When to stop.
-
-    Attributes
-    ----------
-    max_depth, max_leaf_size : int
-    budget : int
-        Most nodes of the tree.
-    references : float
-        Most references of the tree, inf for any number.
-    order : int
-        DEPTH_FIRST, FIFO or PRIORITY.
-    aside : int
-        Cells with at most so many references, but more than SMALL, are left to the caller; 0 for
-        none.
-    """
-
-    max_depth: int
-    max_leaf_size: int
-    budget: int
-    references: float
-    order: int
-    aside: int
 
 
 class Growing(NamedTuple):

@@ -11,7 +11,6 @@ J. L. Bentley: Multidimensional Binary Search Trees Used for Associative Searchi
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +22,6 @@ from ...geometry.rays import ULPS
 from ...geometry.triangle import Triangles, areas_of, triangles_of
 from ...kernels import call
 from ...memory import refuse_if_too_large
-from ...parallel import core_count
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
@@ -43,11 +41,12 @@ from ..subdivision.settings import (
     walk_setting,
 )
 from ..subdivision.structure import Subdivision, Topology, padded_box
-from .builder import ASIDE, Builder, Meter
+from ..subdivision.subtrees import Limits, build_with_threads
+from .builder import Builder, Meter
 from .sah import SweepPlanes, start_sweep
 from .static import RULES, StaticPlanes, start_static
-from .storage import KdTreeArrays, Piece, breadth_first_steps, store, topology_of
-from .work import LEAF, Limits, extract
+from .storage import KdTreeArrays, breadth_first_steps, store, topology_of
+from .work import LEAF
 
 DUPLICATION = 16
 """References per triangle that a tree has at most by default. On scans, interiors, a machine and a
@@ -153,33 +152,7 @@ def build_tree(
     meter = Meter(count, progress)
     meter.report()
     top = Builder(planes, limits, memory, triangles.corners, meter)
-
-    def build_subtree(builder: Builder) -> Piece:
-        builder.run()
-        return builder.finished()
-
-    subtrees: dict[int, Future[Piece]] = {}
-    with ThreadPoolExecutor(threads or core_count()) as pool:
-        try:
-            while top.run(reports=True) == ASIDE:
-                node = top.next_node()
-                own = extract(top.work, node, limits)
-                top.leave_out(node)
-                inside = limits._replace(aside=0)
-                builder = Builder(planes, inside, own, triangles.corners, meter, node)
-                subtrees[node] = pool.submit(build_subtree, builder)
-                del own, builder  # the pool gives their memory back
-            pending = set(subtrees.values())
-            while pending:
-                done, pending = wait(pending, timeout=0.1)
-                for future in done:
-                    future.result()
-                meter.report()
-        finally:
-            meter.stopped = True
-            for future in subtrees.values():
-                future.cancel()
-    pieces = {node: future.result() for node, future in subtrees.items()}
+    pieces = build_with_threads(top, meter, threads)
     tree, old = store(top.finished(), pieces, cell)
     progress.report(1.0, 1.0, "Building kdtree")
     return tree, (old + 1) // 2 if in_order else None

@@ -19,6 +19,7 @@ from ...kernels import call, dispatched, kernel
 from ...memory import MOST_NUMBERS
 from ...progress import Cancelled, Progress
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, drop, is_empty, peek, put
+from ..subdivision.subtrees import ASIDE, DONE, PAUSED, SMALL, Limits
 from .storage import Piece
 from .work import (
     AXIS,
@@ -37,18 +38,12 @@ from .work import (
     TOP,
     WAITING,
     WIDTH,
-    Limits,
     Work,
     allowed,
+    extract,
     room_to_split,
     with_room,
 )
-
-SMALL = 1024
-"""References up to which a node is not worth a thread."""
-
-DONE, PAUSED, ASIDE = range(3)
-"""What a call of :func:`grow` ends with."""
 
 BELOW, ABOVE, BOTH = range(3)
 """Sides of a reference."""
@@ -270,10 +265,16 @@ class Builder:
         """Return the node whose turn it is."""
         return int(peek(self.frontier))
 
-    def leave_out(self, node: int) -> None:
-        """Make the next node of a stack an empty leaf, in whose place a subtree will go."""
+    def hand_out(self) -> tuple[int, Builder]:
+        """Return the next node of a stack and a builder for it.
+
+        Here it becomes an empty leaf, in whose place the subtree will go.
+        """
+        node, inside = self.next_node(), self.limits._replace(aside=0)
+        own = extract(self.work, node, self.limits)
         drop(self.frontier)
         self.work.nodes[node, [AXIS, FIRST, SIZE]] = LEAF, 0, 0
+        return node, Builder(self.planes, inside, own, self.corners, self.meter, node)
 
     def run(self, reports: bool = False) -> int:
         """Call :func:`grow` until it is DONE, or a node is to be put ASIDE.

@@ -21,6 +21,7 @@ from ...geometry.clip import POLYGON_SIZE
 from ...kernels import kernel
 from ...memory import refuse_if_too_large
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, enlarged, make_frontier
+from ..subdivision.subtrees import Limits
 
 LEAF = 3
 """Axis of a node that is not split."""
@@ -43,31 +44,6 @@ back for more after every few nodes."""
 
 SHARE = 6
 """Column of a cell, after its box."""
-
-
-class Limits(NamedTuple):
-    """When to stop.
-
-    Attributes
-    ----------
-    max_depth, max_leaf_size : int
-    budget : int
-        Most nodes of the tree.
-    references : float
-        Most references of the tree, inf for any number.
-    order : int
-        DEPTH_FIRST, FIFO or PRIORITY.
-    aside : int
-        Nodes with at most so many references, but more than SMALL, are left to the caller; 0 for
-        none.
-    """
-
-    max_depth: int
-    max_leaf_size: int
-    budget: int
-    references: float
-    order: int
-    aside: int
 
 
 class Work(NamedTuple):

@@ -79,10 +79,6 @@ class Subdivision(Structure):
         """Return the volumes of all cells."""
         return np.prod(nodes.boxes[:, 3:] - nodes.boxes[:, :3], axis=1)
 
-    def rounding(self) -> float:
-        """Return how far the boxes of cells may be off the triangles in them."""
-        return 0.0
-
     def gaps(self) -> float:
         """Return what volume there may be between neighbouring cells."""
         return 0.0
@@ -154,6 +150,21 @@ class Subdivision(Structure):
             },
         )  # fmt: skip
 
+    def lists_what_is_apart(self, nodes: Topology, leaf_of: np.ndarray) -> bool:
+        """Say whether a leaf lists a triangle whose box lies outside the leaf's.
+
+        Parameters
+        ----------
+        leaf_of : (m,) int
+            The leaf of each entry of the lists.
+        """
+        boxes = boxes_of(self.scene.triangles)[self.arrays.tree.references]
+        leaves = nodes.boxes[nodes.leaves][leaf_of]
+        tolerance = 8 * ULPS * self.triangles.reach
+        apart = boxes[:, :3] > leaves[:, 3:] + tolerance
+        apart |= boxes[:, 3:] < leaves[:, :3] - tolerance
+        return bool(apart.any())
+
     def validate(self) -> list[str]:
         """Check the lists, and that leaves hold what overlaps them."""
         violations = []
@@ -166,13 +177,7 @@ class Subdivision(Structure):
         leaf_of = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
         if (np.diff(references)[leaf_of[1:] == leaf_of[:-1]] <= 0).any():
             violations.append("a leaf lists a triangle twice or out of order")
-        boxes = boxes_of(self.scene.triangles)[references]
-        leaves = nodes.boxes[nodes.leaves]
-        tolerance = 8 * ULPS * self.triangles.reach + self.rounding()
-        apart = (boxes[:, :3] > leaves[leaf_of, 3:] + tolerance) | (
-            boxes[:, 3:] < leaves[leaf_of, :3] - tolerance
-        )
-        if apart.any():
+        if self.lists_what_is_apart(nodes, leaf_of):
             violations.append("a leaf lists a triangle whose box lies outside it")
         volume = self.volumes(nodes)[nodes.leaves].sum()
         whole = np.prod(tree.box[3:] - tree.box[:3])
