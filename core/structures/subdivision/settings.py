@@ -32,7 +32,7 @@ def links_setting() -> Any:
     return setting(
         "found",
         "Links",
-        "How walk=neighbours gets to the neighbour of a leaf",
+        "How a walk through neighbours gets to the one behind a leaf's face",
         choices={
             "found": "Up to the nearest common ancestor, then down: nothing is stored",
             "stored": "By ropes: every leaf has a pointer to the neighbour behind each face",
