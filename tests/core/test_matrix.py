@@ -103,7 +103,9 @@ def check_all_verbs(settings, scene, moved, rays, naive, folder):
     assert structure.exhibits_left_out == ""
     # export
     built = Built(structure, 0.0)
-    traced = Traced(RandomLinesWorkload, RandomLinesSettings(count=60), rays, hits, counters, 0.0)
+    traced = Traced(
+        RandomLinesWorkload, RandomLinesSettings(count=60), rays, hits, counters, 0.0, 2
+    )
     record = make_record(built, traced)
     write_json(folder / "a.json", [record])
     write_csv(folder / "a.csv", [record])
