@@ -88,7 +88,7 @@ class Extent(NamedTuple):
 
 USUAL = Extent(
     5, 512, 200_000, WHOLE, FEW, ("sponza",), FEW, ("bunny", "sponza", "kitchen", "dragon 48k"),
-    ("builders", "optimisers"), FEW_STARTS, FEW_STARTS, 3, "suzanne:subdivisions=4",
+    ("builders", "optimisers", "volumes"), FEW_STARTS, FEW_STARTS, 3, "suzanne:subdivisions=4",
 )  # fmt: skip
 
 QUICK_ONE = Extent(

@@ -1,4 +1,4 @@
-"""Builders, optimisers, volumes and arities of the hierarchy: seconds to build, rays per second.
+"""Builders, optimisers, volumes, arities of the hierarchy: to build, for the figures, to trace.
 
     python tests/bench/hierarchies.py [--rounds N] [--sections NAME ...] [MESH ...]
 
@@ -79,12 +79,14 @@ def measure_section(scene: Scene, section: str, rounds: int, lines: int) -> list
         {spec: timed(lambda tree=tree: tree.trace(rays)) for spec, (_, tree) in made.items()},
         rounds,
     )
+    figured = in_turn({spec: timed(tree.statistics) for spec, (_, tree) in made.items()}, rounds)
     rows = []
     for spec, (_, tree) in made.items():
         figures, (_, counters) = tree.statistics(), tree.trace(rays)
         rows.append(
             {"mesh": scene.name, "triangles": len(scene), "section": section, "spec": spec,
-             "build": builds[spec], "trace": traces[spec], "lines": lines, "sah": figures.sah,
+             "build": builds[spec], "trace": traces[spec], "statistics": figured[spec],
+             "lines": lines, "sah": figures.sah,
              "bytes_per_triangle": tree.memory() / len(scene), **counters.means()}
         )  # fmt: skip
     return rows
@@ -140,7 +142,7 @@ def report_hierarchies(rows: list[dict]) -> list[str]:
         lines.append(f"hierarchies, {section}: {mesh}, {first['triangles']} triangles")
         lines.append(
             f"  {'':<64} {'build s':>8} {'x first':>8} {'SAH':>8} {'N_TS':>7} {'boxes':>7}"
-            f" {'Mlines/s':>8} {'x first':>8} {'B/tri':>6} {'million':>8}"
+            f" {'Mlines/s':>8} {'x first':>8} {'B/tri':>6} {'million':>8} {'figures s':>9}"
         )
         for spec, row in found.items():
             rate = row["lines"] / spread(row["trace"]).median / 1e6
@@ -150,6 +152,7 @@ def report_hierarchies(rows: list[dict]) -> list[str]:
                 f" {row['N_TS']:>7.2f} {row['volume_tests']:>7.2f} {rate:>8.3f}"
                 f" {ratios(first['trace'], row['trace']).median:>8.2f}"
                 f" {row['bytes_per_triangle']:>6.0f} {million(row):>8.3f}"
+                f" {spread(row['statistics']).median:>9.3f}"
             )
         if section == "optimisers":
             lines += prices(found)

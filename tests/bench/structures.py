@@ -91,26 +91,31 @@ def some(rays: Rays, count: int) -> Rays:
 
 
 def measure_slow_peers(names: list[str], rounds: int) -> list[dict]:
-    """Measure Blender's BVHTree and trimesh's tracer beside our hierarchy."""
+    """Measure Blender's BVHTree and trimesh's tracer in turn with our hierarchy."""
     rows: list[dict] = []
     for name, scene in meshes(names):
         print(f"  {name}", flush=True)
         batches = batches_of(scene, 512, 200_000)
-        ours = compare(scene, ["bvh"], batches, rounds)
+        build, tree = built(scene, "bvh")
         for peer, measure in (("BVHTree", bvhtree), ("trimesh", trimesh_tracer)):
             try:
-                build, trace, count = measure(scene)
+                build_peer, trace_peer, count = measure(scene)
             except ImportError as error:
                 print(f"  without {peer}: {error}", flush=True)
                 continue
-            building = build()
-            for row in ours:
-                few = some(batches[row["rays"]], count)
+            builds = in_turn({"bvh": timed(build), peer: build_peer}, rounds)
+            for kind, rays in batches.items():
+                few = some(rays, count)
+                traces = in_turn(
+                    {"bvh": timed(functools.partial(tree.trace, rays)),
+                     peer: functools.partial(trace_peer, few)},
+                    rounds,
+                )  # fmt: skip
+                faster = ratios(traces[peer], traces["bvh"]).median * len(rays) / len(few)
                 rows.append(
-                    {"mesh": name, "triangles": len(scene), "who": peer, "rays": row["rays"],
-                     "build": building, "rate": len(few) / trace(few),
-                     "our_build": spread(row["build"]).median,
-                     "our_rate": row["count"] / spread(row["trace"]).median}
+                    {"mesh": name, "triangles": len(scene), "who": peer, "rays": kind,
+                     "build": builds[peer], "slower": ratios(builds["bvh"], builds[peer]).median,
+                     "rate": len(few) / spread(traces[peer]).median, "faster": faster}
                 )  # fmt: skip
     return rows
 
@@ -185,10 +190,10 @@ def report_structures(title: str, rows: list[dict], first: str) -> list[str]:
 
 def report_slow_peers(rows: list[dict]) -> list[str]:
     """Return slow peers as lines."""
-    return ["slow peers, and how many times as fast we are"] + [
-        f"  {row['mesh']:<14} {row['rays']:<12} {row['who']:<8} build {row['build']:>8.3f} s,"
-        f" x {row['build'] / row['our_build']:>7.2f}  {row['rate']:>10.0f} rays/s,"
-        f" x {row['our_rate'] / row['rate']:>9.1f}"
+    return ["slow peers, and how many times as fast we are, built in how much of their time"] + [
+        f"  {row['mesh']:<14} {row['rays']:<12} {row['who']:<8}"
+        f" build {spread(row['build']).median:>8.3f} s, x {row['slower']:>7.2f}"
+        f"  {row['rate']:>10.0f} rays/s, x {row['faster']:>9.1f}"
         for row in rows
     ]
 
@@ -219,8 +224,7 @@ def markdown_structures(rows: list[dict]) -> list[str]:
 def markdown_slow_peers(rows: list[dict]) -> list[str]:
     """Return slow peers as sentences for the README."""
     return [
-        f"{row['who']} on {row['mesh']}, {row['rays']}: our `bvh` is"
-        f" {row['our_rate'] / row['rate']:.0f} times as fast, and built in"
-        f" {row['our_build'] / row['build']:.2f} times its time."
+        f"{row['who']} on {row['mesh']}, {row['rays']}: our `bvh` is {row['faster']:.0f} times as"
+        f" fast, and built in {row['slower']:.2f} times its time."
         for row in rows
     ]
