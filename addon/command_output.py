@@ -6,7 +6,10 @@ Like :mod:`.command`, this imports no ``bpy``.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
+import time
+import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -107,11 +110,16 @@ def progress_of(arguments: argparse.Namespace) -> Progress:
 # ------------------------------------------------------------------------------- what is written
 
 
-class Results:
-    """Records as they come and failures among them; written at the end, even at an early one.
+WORTH = 20.0
+"""How many times as long as writing it down takes there is to be something new before."""
 
-    It is a context: when its block ends, by Ctrl-C or a defect too, what was measured until then is
-    written. If nothing was, nothing is, and what stood at those places stays.
+
+class Results:
+    """Records as they come and failures among them; written as they come, and at the end.
+
+    Whoever adds to them calls :meth:`keep`, so that even a process that is killed leaves files of
+    what it has measured. It is a context: when its block ends, by Ctrl-C or a defect too, all that
+    was measured until then is written. If nothing was, nothing is, and what stood there stays.
 
     Parameters
     ----------
@@ -140,10 +148,31 @@ class Results:
         self.write_page = write_page
         self._arguments, self._table, self._expected = arguments, table, expected
         self._is_all_there = True
+        self._kept_at, self._keeping_took = 0.0, 0.0
 
-    def complain(self, where: str, error: InputError | MemoryError) -> str:
-        """Print why something is missing, and return that without `where`."""
-        reason = reason_of(error)
+    def keep(self) -> None:
+        """Write the files of what there is so far, if that takes little of the time."""
+        started = time.monotonic()
+        if not self.measured or started - self._kept_at < WORTH * self._keeping_took:
+            return
+        for write in self._files():
+            # What cannot be written now is tried again, and complained of, at the end.
+            with contextlib.suppress(InputError, MemoryError):
+                write()
+        self._kept_at = time.monotonic()
+        self._keeping_took = self._kept_at - started
+
+    def complain(self, where: str, error: Exception) -> str:
+        """Print why something is missing, and return that without `where`.
+
+        A defect, which is every error but InputError and MemoryError, is printed with its
+        traceback.
+        """
+        if isinstance(error, InputError | MemoryError):
+            reason = reason_of(error)
+        else:
+            traceback.print_exception(error)
+            reason = f"a defect of AccelScope: {type(error).__name__}: {error}"
         complain(reason if self._expected == 1 else f"{where}: {reason}")
         self._is_all_there = False
         return reason
@@ -175,9 +204,9 @@ class Results:
         self._write()
         return stopped
 
-    def _write(self) -> None:
-        """Write and print everything that can be; raise the first of the errors after that."""
-        from ..core.evaluation.report import to_json_text, write_csv, write_json
+    def _files(self) -> list[Callable[[], None]]:
+        """Return what writes each of the files that were asked for."""
+        from ..core.evaluation.report import write_csv, write_json
 
         options, records = self._arguments, self.records
         wanted: list[Callable[[], None]] = []
@@ -187,6 +216,14 @@ class Results:
             wanted.append(lambda: write_csv(options.csv, records))
         if self.write_page and options.pictures:
             wanted.append(self.write_page)
+        return wanted
+
+    def _write(self) -> None:
+        """Write and print everything that can be; raise the first of the errors after that."""
+        from ..core.evaluation.report import to_json_text
+
+        options, records = self._arguments, self.records
+        wanted = self._files()
         if options.json == "-":
             wanted.append(lambda: print_result(options, to_json_text(records)))
         elif not options.quiet:

@@ -19,7 +19,6 @@ import functools
 import hashlib
 import importlib.util
 import os
-import pickle
 import shutil
 import sys
 from collections.abc import Callable, Iterator
@@ -47,6 +46,7 @@ which for a ray's thirty numbers costs more compiling than the kernel itself."""
 
 _cache_root: Path | None = None
 _cache_prepared = False
+_cannot_be_kept = ""
 
 
 def set_cache_root(directory: str | os.PathLike[str]) -> None:
@@ -57,11 +57,7 @@ def set_cache_root(directory: str | os.PathLike[str]) -> None:
 
 def kernel(function: Callable) -> Callable:
     """Compile a scalar loop with Numba; return it unchanged where there is no Numba."""
-    if not HAS_NUMBA:
-        return function
-    import numba
-
-    return numba.njit(cache=_prepare_cache(), **OPTIONS)(function)
+    return _compiled(function, OPTIONS)
 
 
 def inner(function: Callable) -> Callable:
@@ -69,11 +65,7 @@ def inner(function: Callable) -> Callable:
 
     A test takes its ``py_func``.
     """
-    if not HAS_NUMBA:
-        return function
-    import numba
-
-    return numba.njit(cache=_prepare_cache(), **INNER)(function)
+    return _compiled(function, INNER)
 
 
 def inlined(function: Callable) -> Callable:
@@ -81,11 +73,24 @@ def inlined(function: Callable) -> Callable:
 
     A call passes every number of a ray and every field of every array on its own.
     """
+    return _compiled(function, INNER | {"forceinline": True})
+
+
+def _compiled(function: Callable, options: dict[str, bool]) -> Callable:
+    """Let Numba compile a function, at its first call, and keep what it has compiled."""
+    global _cannot_be_kept
     if not HAS_NUMBA:
         return function
     import numba
 
-    return numba.njit(cache=_prepare_cache(), forceinline=True, **INNER)(function)
+    dispatcher = numba.njit(**options)(function)
+    if _prepare_cache():
+        try:
+            # What cache=True does, with a type of our own.
+            dispatcher._cache = _cache_type()(function)
+        except RuntimeError:
+            _cannot_be_kept = "no folder can be made there"
+    return dispatcher
 
 
 def dispatched(function: Callable) -> Callable:
@@ -128,7 +133,7 @@ def implements(
 
 
 def call(function: Callable, *arguments: Any) -> Any:
-    """Call a compiled kernel from Python; a damaged cache file is thrown away and made anew.
+    """Call a compiled kernel from Python.
 
     Raises
     ------
@@ -141,27 +146,37 @@ def call(function: Callable, *arguments: Any) -> Any:
             return function(*arguments)
     if getattr(function, "targetoptions", {}).get("no_cpython_wrapper"):
         raise TypeError(f"{function.__name__} is an inner kernel: only kernels call it")
-    try:
-        return function(*arguments)
-    except DAMAGED as error:
-        if not _raised_while_loading(error):
-            raise
-        shutil.rmtree(cache_directory(), ignore_errors=True)
-        return function(*arguments)
+    return function(*arguments)
 
 
-DAMAGED = (EOFError, pickle.UnpicklingError, AttributeError, IndexError, KeyError, ImportError)
-"""What a truncated cache file raises, or one that names a module which is gone."""
+# ------------------------------------------------------------------------- where they are kept
 
 
-def _raised_while_loading(error: BaseException) -> bool:
-    """Say whether `error` came out of Numba's cache."""
-    trace = error.__traceback__
-    while trace:
-        if trace.tb_frame.f_globals.get("__name__") == "numba.core.caching":
-            return True
-        trace = trace.tb_next
-    return False
+@functools.cache
+def _cache_type() -> type:
+    """Return Numba's cache of one kernel, as one that is never the reason why a run fails."""
+    from numba.core.caching import FunctionCache
+
+    class Cache(FunctionCache):
+        """What is damaged is compiled anew; what there is no room for is not kept."""
+
+        def load_overload(self, sig: Any, target_context: Any) -> Any:
+            try:
+                return super().load_overload(sig, target_context)
+            except Exception:
+                # A file that is cut off, or names what is gone, may raise anything.
+                with contextlib.suppress(OSError):
+                    self.flush()
+                return None
+
+        def save_overload(self, sig: Any, data: Any) -> None:
+            global _cannot_be_kept
+            try:
+                super().save_overload(sig, data)
+            except OSError as error:
+                _cannot_be_kept = error.strerror or str(error)
+
+    return Cache
 
 
 def cache_directory() -> Path:
@@ -180,7 +195,8 @@ def _fingerprint() -> str:
     """Return a hash over Python's and Numba's version and all sources of the core."""
     import numba
 
-    digest = hashlib.sha256(f"{sys.version} {numba.__version__}".encode())
+    checked = numba.config.BOUNDSCHECK  # set by the environment: other code comes out
+    digest = hashlib.sha256(f"{sys.version} {numba.__version__} {checked}".encode())
     for path in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
@@ -232,6 +248,8 @@ def announcing(progress: Progress, what: str) -> Iterator[None]:
         return
     from numba.core import event
 
+    kept_before = not _cannot_be_kept
+
     class Announcement(event.Listener):
         """Hears of every kernel that is not in the cache; speaks once."""
 
@@ -247,10 +265,12 @@ def announcing(progress: Progress, what: str) -> Iterator[None]:
 
     with event.install_listener("numba:compile", Announcement()):
         yield
+    if kept_before and _cannot_be_kept:
+        progress.announce(f"what is compiled cannot be kept for the next start: {_cannot_be_kept}")
 
 
 def how_often() -> str:
     """Return how often kernels are compiled: once, if there is a place to keep them."""
-    if _cache_prepared and os.access(cache_directory(), os.W_OK):
+    if _cache_prepared and not _cannot_be_kept and os.access(cache_directory(), os.W_OK):
         return "once after installation, some ten seconds"
     return "at every start, for there is no place to keep what is compiled"

@@ -80,6 +80,16 @@ class Found(NamedTuple):
     cells_skipped: int
 
 
+NOWHERE = -2
+"""Primitive of a ray whose walk has lost its way."""
+
+LOST = Found(np.inf, np.int64(NOWHERE), 0, 0, 0, 0, 0, 0, 0, 0)
+"""What a walk returns that has taken more steps than there can be, instead of going on for ever.
+
+That is a defect, whatever the ray: :meth:`Structure.trace` raises an error for it.
+"""
+
+
 class Workspace(NamedTuple):
     """Scratch memory of one thread.
 
@@ -397,6 +407,8 @@ class Structure(abc.ABC):
         ------
         Cancelled
             From `progress`.
+        RuntimeError
+            For a defect: a ray whose walk does not come to an end.
         """
         count = len(rays)
         refuse_if_too_large(count * 60, f"tracing {count} rays", "ask for fewer rays")
@@ -413,10 +425,17 @@ class Structure(abc.ABC):
                 self._trace(arrays, first, last, workspace, make_log(0), t, primitive, counters)
 
         for_chunks(trace_chunk, count, threads, progress, f"Tracing {self.name}")
+        self._complain_of_lost(primitive)
         return Hits(t, primitive), Counters(counters)
 
     def record(self, rays: Rays, index: int, query: int | None = None) -> Steps:
-        """Record the walk of one ray of a batch, with the same kernel that counts."""
+        """Record the walk of one ray of a batch, with the same kernel that counts.
+
+        Raises
+        ------
+        RuntimeError
+            For a defect: the walk does not come to an end.
+        """
         arrays = rays.select(np.array([index])).arrays()
         if query is not None:
             arrays = arrays._replace(queries=np.full(1, query, dtype=np.uint8))
@@ -425,6 +444,7 @@ class Structure(abc.ABC):
         while True:
             log = make_log(capacity)
             self._trace(arrays, 0, 1, self._workspace(), log, *out)
+            self._complain_of_lost(out[1])
             if log.written[0] <= capacity:
                 return Steps.from_log(log)
             capacity = int(log.written[0])
@@ -434,6 +454,15 @@ class Structure(abc.ABC):
     ) -> None:
         """Run the driver over a range of rays."""
         call(trace_range, self.arrays, self.triangles, rays, first, last, workspace, log, *out)
+
+    def _complain_of_lost(self, primitive: np.ndarray) -> None:
+        """Raise RuntimeError if a walk has lost its way."""
+        lost = np.flatnonzero(primitive == NOWHERE)
+        if len(lost):
+            raise RuntimeError(
+                f"{self.name}: the walk of {len(lost)} of {len(primitive)} rays, ray {lost[0]} the"
+                f" first, does not come to an end in {self.scene.name}; please report it"
+            )
 
     def _workspace(self) -> Workspace:
         """Return scratch memory for one thread."""

@@ -43,7 +43,7 @@ from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
 from .cells import Cells
-from .contract import Found, Statistics, walk
+from .contract import LOST, Found, Statistics, walk
 from .grid import Grid, GridSettings
 from .grid.broad import is_broad, walk_broad
 from .grid.dda import (
@@ -222,13 +222,15 @@ def stroll(x, y, z, place, distance, t_last):
     end_i, end_j, end_k = (
         border(x, place.i, distance), border(y, place.j, distance), border(z, place.k, distance)
     )  # fmt: skip
-    while True:
+    t = -np.inf
+    for _ in range(3 * distance):
         t = min(place.wall_x, place.wall_y, place.wall_z)
         if t > t_last:
-            return place, t
+            break
         place = next_place(x, y, z, place, t)
         if place.i == end_i or place.j == end_j or place.k == end_k:
-            return place, t
+            break
+    return place, t
 
 
 @inlined
@@ -278,7 +280,9 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
     z = way_along(structure, Z, ray.low_z, ray.high_z, ray.dz, ray.iz)
     place = place_in(x, y, z, first_cell(x, t), first_cell(y, t), first_cell(z, t))
     t_last = end_of_walk(ray, best_t, best)
-    while True:
+    # A way crosses each layer of cells once.
+    most = structure.resolution.sum()
+    while regions_visited < most:
         cell = (place.i * ny + place.j) * nz + place.k
         distance = np.int64(structure.distances[octant, cell])
         regions_visited += 1
@@ -314,6 +318,8 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
         t = t_exit
         if is_outside(x, y, z, place):
             break
+    else:
+        return LOST
 
     return Found(
         best_t, best, regions_visited, regions_visited, empty_visited, tests, 1, mailbox_hits,

@@ -1,13 +1,18 @@
-"""Ctrl-C, a request to terminate and a defect keep the records there were."""
+"""Ctrl-C, a request to terminate, a kill and a defect keep the records there were."""
 
+import argparse
+import contextlib
+import csv
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 
 import pytest
+from accelscope.addon import command_output
 from accelscope.core.evaluation import experiment
 
 TETRA = "sample:tetra:depth=1"
@@ -50,35 +55,104 @@ def test_ctrl_c_before_anything_was_measured(run, stop_at, tmp_path):
     assert (tmp_path / "a.json").read_text() == "old"
 
 
-def test_a_defect_keeps_its_traceback_and_the_records(run, stop_at, tmp_path):
+def test_a_defect_keeps_its_traceback_and_leaves_the_other_records(run, stop_at, tmp_path):
     stop_at("grid", ZeroDivisionError("a defect"))
-    with pytest.raises(ZeroDivisionError, match="a defect"):
-        run("evaluate", TETRA, "--structure", "bvh", "grid", *SMALL, "--json", tmp_path / "a.json")
-    assert len(json.loads((tmp_path / "a.json").read_text())["records"]) == 1
+    outcome = run("evaluate", TETRA, "--structure", "bvh", "grid", "naive", *SMALL,
+                  "--json", tmp_path / "a.json")  # fmt: skip
+    assert outcome.code == 1
+    assert "Traceback (most recent call last)" in outcome.err
+    assert outcome.err.splitlines()[-1] == (
+        "accelscope: error: tetra, grid: a defect of AccelScope: ZeroDivisionError: a defect"
+    )
+    records = json.loads((tmp_path / "a.json").read_text())["records"]
+    assert [record.get("error") for record in records] == [
+        None, "a defect of AccelScope: ZeroDivisionError: a defect", None,
+    ]  # fmt: skip
+
+
+def test_a_defect_alone_is_a_failure(run, stop_at, tmp_path):
+    stop_at("grid", ZeroDivisionError("a defect"))
+    outcome = run("evaluate", TETRA, "--structure", "grid", *SMALL, "--json", tmp_path / "a.json")
+    assert outcome.code == 2
+    assert "ZeroDivisionError: a defect" in outcome.err
+    assert not (tmp_path / "a.json").exists()
+
+
+ENDLESS = ["evaluate", "sample:tetra", "--structure", "bvh", "naive", "--rays",
+           "random_lines:count=3000000", "--json", "a.json", "--csv", "a.csv",
+           "--pictures", "p"]  # fmt: skip
+"""The naive algorithm takes minutes over what the BVH has done at once."""
+
+
+@contextlib.contextmanager
+def measuring(folder):
+    """Yield a process that has measured the first record and is at the second."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "accelscope", *ENDLESS], cwd=folder, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    try:
+        deadline = time.monotonic() + 120.0
+        # The page is the last of the files that are written for a record.
+        while not (folder / "p" / "index.html").exists():
+            assert process.poll() is None, process.communicate()
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def check_files(folder):
+    """Check that everything that was asked for holds the first record."""
+    assert sorted(path.name for path in folder.iterdir()) == ["a.csv", "a.json", "p"]
+    (record,) = json.loads((folder / "a.json").read_text())["records"]
+    assert record["structure"]["name"] == "bvh"
+    assert record["trace"]["N_IT"] > 0
+    (row,) = csv.DictReader((folder / "a.csv").open())
+    assert float(row["trace.N_IT"]) == record["trace"]["N_IT"]
+    page = (folder / "p" / "index.html").read_text()
+    assert page.count("<section>") == 1
+    for name in re.findall(r'<img src="([^"]+)"', page):
+        assert (folder / "p" / name).read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signals(tmp_path, number):
-    """The naive algorithm takes minutes over what the BVH has done at once."""
-    words = ["evaluate", "sample:tetra", "--structure", "bvh", "naive", "--rays",
-             "random_lines:count=3000000", "--json", "a.json", "--pictures", "p"]  # fmt: skip
-    process = subprocess.Popen(
-        [sys.executable, "-m", "accelscope", *words], cwd=tmp_path, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    )  # fmt: skip
-    # The last picture of the BVH is written just before the naive algorithm begins.
-    seen = tmp_path / "p" / "tetra-bvh-ray.png"
-    deadline = time.monotonic() + 120.0
-    while not seen.exists():
-        assert process.poll() is None, process.communicate()
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-    time.sleep(1.0)
-    os.kill(process.pid, number)
-    _, err = process.communicate(timeout=30)
+    with measuring(tmp_path) as process:
+        os.kill(process.pid, number)
+        _, err = process.communicate(timeout=30)
     assert process.returncode == 1, err
     assert "accelscope: error: stopped; 1 of 2 records were measured" in err
-    (record,) = json.loads((tmp_path / "a.json").read_text())["records"]
-    assert record["structure"]["name"] == "bvh"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "p"]
+    check_files(tmp_path)
+
+
+def test_a_process_that_is_killed(tmp_path):
+    """By kill -9, or by a crash: nothing of it runs any more."""
+    (tmp_path / "a.json").write_text("of yesterday")
+    with measuring(tmp_path) as process:
+        process.kill()
+        process.communicate(timeout=30)
+    check_files(tmp_path)
+
+
+def test_what_there_is_so_far_is_not_written_all_the_time(monkeypatch, tmp_path):
+    """Else a batch of thousands would write down the first of its records thousands of times."""
+    now, written = [100.0], []
+    monkeypatch.setattr(command_output.time, "monotonic", lambda: now[0])
+
+    def write_page():
+        written.append(now[0])
+        now[0] += 0.5
+
+    options = argparse.Namespace(json=None, csv=None, pictures="p", quiet=True)
+    results = command_output.Results(options, str, 100, write_page)
+    results.keep()
+    assert written == []
+    results.records.append({})
+    for _ in range(300):
+        results.keep()
+        now[0] += 0.1
+    assert written == pytest.approx([100.0, 110.5, 121.0], abs=0.11)

@@ -125,6 +125,15 @@ def test_tour_of_the_status(extension_zip: Path) -> None:
     assert passed == steps_of(HERE / "tour_state.py")
 
 
+@pytest.mark.exhaustive
+def test_cycles_leave_nothing_behind(extension_zip: Path) -> None:
+    output = OUTPUT / "cycles"
+    in_window("cycles.py", output, "--", extension_zip, seconds=2400)
+    passed = (output / "passed.txt").read_text(encoding="utf-8").split()
+    assert passed == steps_of(HERE / "cycles.py")
+    print((output / "figures.json").read_text(encoding="utf-8"))
+
+
 # Small enough for the naive algorithm; the camera is the .blend's own.
 COMMAND = ["--structure", "all", "--rays", "camera:width=32,height=24", "random_lines:count=200"]
 

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...kernels import implements, inner
-from ..contract import walk
+from ..contract import LOST, walk
 from ..steps import NONE, VISIT_INNER, VOLUME_TEST, note
 from ..subdivision.tree import (
     ROOT,
@@ -179,7 +179,11 @@ def walk_march(structure, triangles, ray, number, workspace, log):
     best, inner_nodes = NOTHING, 0
     entry = Passage(root.enter, enter_late, np.int64(-1), True)
     searching = root.enter < np.inf
+    n_leaves = len(tree.offsets) - 1
     while searching:
+        # A ray enters every leaf once.
+        if best.leaves == n_leaves:
+            return LOST
         node, passage, depth = find_leaf(tree, workspace.frame, log, entry, root)
         if not passage.is_clear:
             # The mailbox must not know what this walk has tested.

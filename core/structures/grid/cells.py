@@ -166,7 +166,12 @@ def cell_at(walls, cell_size, count, x):
         Cells along this axis.
     """
     last = count - 1
-    i = int(min(max((x - walls[0]) / cell_size, 0.0), last + 0.0))
+    position, i = (x - walls[0]) / cell_size, 0
+    # Compared so that what is no number leads to a cell, too.
+    if position >= last:
+        i = last
+    elif position > 0.0:
+        i = int(position)
     # The division may be off by one; the walls decide.
     while i > 0 and walls[i] > x:
         i -= 1

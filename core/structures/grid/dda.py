@@ -107,7 +107,12 @@ def cell_when(way, first, last, t, with_ties):
     `with_ties` says whether a wall that is crossed at this very t has been crossed already.
     """
     position = (way.o + t * way.d - way.walls[0]) * way.per_length
-    i = int(min(max(position, min(first, last) + 0.0), max(first, last) + 0.0))
+    i, highest = min(first, last), max(first, last)
+    # Compared so that what is no number leads to a cell, too.
+    if position >= highest:
+        i = highest
+    elif position > i:
+        i = int(position)
     # The position is rounded; the t of walls decide.
     while i != first:
         crossing = wall_t(way, i - way.step)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...geometry.box import MISS, enter_box
 from ...kernels import implements
-from ..contract import Found, walk
+from ..contract import LOST, Found, walk
 from ..steps import VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 from .broad import is_broad, walk_broad
 from .cells import GridArrays
@@ -43,7 +43,9 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
     z = way_along(structure, Z, ray.low_z, ray.high_z, ray.dz, ray.iz)
     place = place_in(x, y, z, first_cell(x, t), first_cell(y, t), first_cell(z, t))
     t_last = end_of_walk(ray, best_t, best)
-    while True:
+    # A way crosses each layer of cells once.
+    most = structure.resolution.sum()
+    while cells_visited < most:
         cell = (place.i * ny + place.j) * nz + place.k
         t_exit = min(place.wall_x, place.wall_y, place.wall_z)
         cells_visited += 1
@@ -65,6 +67,8 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
         place = next_place(x, y, z, place, t_exit)
         if is_outside(x, y, z, place):
             break
+    else:
+        return LOST
 
     return Found(
         best_t, best, cells_visited, cells_visited, empty_visited, tests, 1, mailbox_hits,

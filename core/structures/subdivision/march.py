@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernels import dispatched, implements, inlined, inner
-from ..contract import walk
+from ..contract import LOST, walk
 from ..steps import NONE, VISIT_INNER, VOLUME_TEST, note
 from .tree import NODE, ROOT, TOP, child, enter_root, leaf_index, near_side, plane_times, planes
 from .walks import NOTHING, March, Neighbours, Recursive, Ropes, found, limit_of, visit_leaf
@@ -128,13 +128,14 @@ def back_to_the_root(structure, workspace, index, depth, gate, log):
 def up_to_common_ancestor(structure, workspace, index, depth, gate, log):
     """Go up to the node that is split by the plane of the gate."""
     steps = 0
-    while True:
+    while depth > TOP:
         depth -= 1
         node = np.int64(workspace.rows[depth, NODE])
         if planes(structure.tree, node)[gate.axis] == gate.plane:
             return node, depth, steps
         steps += 1
         note(log, VISIT_INNER, node, NONE, gate.t, gate.t)
+    return np.int64(NONE), TOP, steps
 
 
 @implements(next_node, Ropes)
@@ -168,7 +169,11 @@ def march(structure, triangles, ray, number, workspace, log):
     best, inner = NOTHING, 0
     node, depth = ROOT, TOP
     searching = gate.t < np.inf
+    n_leaves = len(tree.offsets) - 1
     while searching:
+        # A ray enters every leaf once, and the last one leads out of the root.
+        if node < 0 or best.leaves == n_leaves:
+            return LOST
         index = leaf_index(tree, node)
         while index < 0:
             inner += 1
