@@ -100,10 +100,11 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
                 scene = open_one()
                 note_on(arguments, scene, remarks)
                 found.add(number, scene)
-            except (InputError, MemoryError) as error:
+            except Exception as error:
                 if found.last is None:
                     raise  # without a first tree there is nothing to compare
                 found.add_failure(number, scene, results.complain(f"frame {number}", error))
+            results.keep()
     return results.exit_code
 
 

@@ -85,9 +85,10 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
         for kind in kinds:
             try:
                 results.records.append(measurement.of(kind))
-            except (InputError, MemoryError) as error:
+            except Exception as error:
                 reason = results.complain(kind, error)
                 results.records.append({**measurement.what(kind), "error": reason})
+            results.keep()
     return results.exit_code
 
 

@@ -46,8 +46,8 @@ examples:
       --rays random_lines:count=100000 --json result.json
 """
 
-REFUSALS = (InputError, MemoryError)
-"""What makes one record of a batch fail and leaves the others alone."""
+REFUSALS = Exception
+"""What makes one record of a batch fail and leaves the others alone: defects, too."""
 
 
 def add_parser(commands: argparse._SubParsersAction) -> None:
@@ -163,6 +163,7 @@ class Batch:
         if self.gallery:
             name = scene if isinstance(scene, str) else scene.name
             self.gallery.add_failure(name, structure_type, settings, reasons[0])
+        self.results.keep()
 
     def add_structure(
         self, scene: Scene, structure_type: type[Structure], settings: Any, rays_of: list[Any]
@@ -186,6 +187,7 @@ class Batch:
                     reason = self.results.complain(f"{where}, rays {workload[0].name}", error)
                 else:
                     self.results.records.append(record)
+                    self.results.keep()
                     if self.arguments.hits:
                         write_hits(self.arguments.hits, scene, traced)
                     continue
@@ -198,6 +200,7 @@ class Batch:
                 self.gallery.add(built, self.results.records[-len(self.workloads) :], shown)
             except REFUSALS as error:
                 self.results.complain(f"{where}, pictures", error)
+        self.results.keep()
 
     def measure(self, built: Any, workload: type[Workload], settings: Any, rays: Any) -> Any:
         """Trace one set of rays; return the record, and what was traced."""

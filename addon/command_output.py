@@ -110,8 +110,8 @@ def progress_of(arguments: argparse.Namespace) -> Progress:
 # ------------------------------------------------------------------------------- what is written
 
 
-WORTH = 20.0
-"""How many times as long as writing it down takes there is to be something new before."""
+WRITING = 0.05
+"""Share of the time after which what there is so far is not written down once more."""
 
 
 class Results:
@@ -148,19 +148,18 @@ class Results:
         self.write_page = write_page
         self._arguments, self._table, self._expected = arguments, table, expected
         self._is_all_there = True
-        self._kept_at, self._keeping_took = 0.0, 0.0
+        self._started, self._writing = time.monotonic(), 0.0
 
     def keep(self) -> None:
         """Write the files of what there is so far, if that takes little of the time."""
         started = time.monotonic()
-        if not self.measured or started - self._kept_at < WORTH * self._keeping_took:
+        if not self.measured or self._writing > WRITING * (started - self._started):
             return
         for write in self._files():
             # What cannot be written now is tried again, and complained of, at the end.
             with contextlib.suppress(InputError, MemoryError):
                 write()
-        self._kept_at = time.monotonic()
-        self._keeping_took = self._kept_at - started
+        self._writing += time.monotonic() - started
 
     def complain(self, where: str, error: Exception) -> str:
         """Print why something is missing, and return that without `where`.
