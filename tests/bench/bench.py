@@ -107,11 +107,11 @@ def measure(extent: Extent) -> dict:
 
     def say(section: str) -> None:
         minutes = (time.monotonic() - started) / 60.0
-        print(f"[{minutes:5.1f} min] {section}; {load_in_words()}", flush=True)
+        print(f"[{minutes:5.1f} min] {section}; {load_in_words(is_ours=True)}", flush=True)
 
     found: dict = {
         "machine": platform.machine(), "python": platform.python_version(),
-        "load_before": load_in_words(),
+        "load_before": load_in_words(is_ours=False),
     }  # fmt: skip
     sizes = extent.rounds, extent.side, extent.lines
     say("beside Embree")
@@ -139,7 +139,10 @@ def measure(extent: Extent) -> dict:
         found["memory"] = peak_memory(list(extent.memory), extent.memory_sample)
         found["memory_sample"] = extent.memory_sample
     say("done")
-    found["load_after"], found["minutes"] = load_in_words(), (time.monotonic() - started) / 60.0
+    found["load_after"], found["minutes"] = (
+        load_in_words(is_ours=True),
+        (time.monotonic() - started) / 60.0,
+    )
     return found
 
 

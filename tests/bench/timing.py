@@ -99,10 +99,10 @@ def one_core() -> Iterator[None]:
         os.sched_setaffinity(0, cores)
 
 
-def load_in_words() -> str:
-    """Return how busy the machine is, with a warning if that is not with us alone."""
+def load_in_words(*, is_ours: bool) -> str:
+    """Return how busy the machine is, with a warning if that is not with us (`is_ours`)."""
     load, cores = os.getloadavg()[0], core_count()
     text = f"load {load:.1f} on {cores} cores"
-    if load > 0.25 * cores:
+    if not is_ours and load > 0.25 * cores:
         text += "; THE MACHINE IS NOT QUIET: trust ratios within a round at most, and no seconds"
     return text

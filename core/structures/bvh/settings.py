@@ -3,27 +3,21 @@
 Why the defaults are what they are: `builder`, `bins`, `optimise` and `arity` were chosen by the
 seconds to build and to trace a million random lines, together, as geometric mean over Suzanne with
 250,000 triangles, the dragon with 11,000 to 871,000, the bunny, the armadillo, Sponza, a kitchen,
-an engine, a tree, and a teapot in a stadium. Processor seconds, medians of rounds in turn:
+an engine, a tree, and a teapot in a stadium. Seconds on two quiet cores, rounds in turn:
 
     builder, optimise                   both   build   lines   SAH cost
-    binned_sah, none, 32 bins           0.98   1.07    0.97    0.99
-    binned_sah, none, arity 4           0.99   1.12    0.98    (of other nodes)
     binned_sah, none (16 bins)          1      1       1       1
-    sweep_sah, none                     1.05   1.44    0.99    0.98
-    binned_sah, reinsert_batches        1.05   2.13    0.95    0.96
-    ploc of radius 6, none              1.06   0.72    1.11    1.03
-    ploc of radius 6, reinsert_batches  1.10   1.87    1.03    0.99
-    ploc, none                          1.10   1.10    1.12    1.03
-    ploc, reinsert_batches              1.13   2.13    1.03    0.98
-    sweep_sah, reinsert_batches         1.13   2.60    0.97    0.95
+    binned_sah, none, 32 bins           1.03   1.06    1.00    0.99
+    binned_sah, none, arity 4           1.04   1.17    1.02    (of other nodes)
+    sweep_sah, none                     1.04   1.33    0.98    0.98
+    ploc, none                          1.13   1.11    1.14    1.02
+    binned_sah, reinsert_batches        1.22   2.43    0.97    0.96
+    ploc, reinsert_batches              1.27   2.61    1.06    0.98
 
-The first three are equal within the noise of 2 to 3%, and of those the simplest is taken (32 bins
-save 0.8% of the tests of boxes and cost 0.8% more of triangles). Where large triangles are among
-small ones (Sponza, the kitchen) `reinsert_batches` is some 5% faster, its time included; why
-`binned_sah` alone is dear there is said in :mod:`.binned_sah`. Over the largest dragon, where
-building takes nearly half of the time, `ploc` of radius 6 is 12% faster. `sbvh` and whatever is
-followed by `reinsert` (1.25 and more over seven of the meshes) trace up to an eighth faster, but
-build for seven times as long: they pay from several million rays on.
+Two runs differ by 2 to 3%. Where large triangles are among small ones (Sponza, the kitchen)
+`reinsert_batches` saves an eighth of the cost; why `binned_sah` alone is dear there is said in
+:mod:`.binned_sah`. `sbvh` and whatever is followed by `reinsert` trace up to a tenth faster, but
+build for seven to nine times as long: they pay from several million rays on.
 
 ``python tests/bench/hierarchies.py --sections default MESH ...`` measures this again.
 """
