@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import shutil
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -17,7 +19,8 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
     """Open a file that takes the place of `path` once it is complete; its folder is made.
 
     Until then, and for good if an exception ends the writing, what stood there stays. A link is
-    followed. What is no file, such as a pipe, is written to directly.
+    followed. What is no file, such as a pipe, or has no name of its own any more, is written to
+    directly: what `/dev/stdout` leads to may be either.
 
     Raises
     ------
@@ -25,11 +28,11 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
         If the place cannot be written to.
     """
     with _complaining(path):
-        target = _prepared(path)
-        if _is_special(target):
-            with target.open("wb") as file:
+        if not _can_be_replaced(Path(path)):
+            with open(path, "wb") as file:
                 yield file
             return
+        target = _prepared(path)
         beside = _beside(target)
         try:
             with beside.open("xb") as file:
@@ -55,13 +58,22 @@ def write_bytes(path: str | Path, data: bytes) -> None:
 
 
 def refuse_unwritable(path: str | Path) -> None:
-    """Raise InputError if :func:`replacing` could not write `path`; nothing there is changed."""
+    """Refuse a `path` that :func:`replacing` could not write; a file there stays as it is.
+
+    Its folder is made, as for writing, and has an empty file in it for a moment.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written to.
+    """
     with _complaining(path):
-        target = _prepared(path)
-        if not _is_special(target):
-            beside = _beside(target)
+        if _can_be_replaced(Path(path)):
+            beside = _beside(_prepared(path))
             beside.open("xb").close()
             beside.unlink()
+        elif not os.access(path, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
 @contextlib.contextmanager
@@ -80,8 +92,10 @@ def _prepared(path: str | Path) -> Path:
     return target
 
 
-def _is_special(target: Path) -> bool:
-    """Say whether `target` is a device or a pipe, which cannot be replaced.
+def _can_be_replaced(path: Path) -> bool:
+    """Say whether another file can take the place of `path`: that of a file, or of nothing.
+
+    A device or a pipe cannot be replaced; nor can a file that is open, but has been deleted.
 
     Raises
     ------
@@ -89,12 +103,17 @@ def _is_special(target: Path) -> bool:
         If it is a folder, or a name that cannot be.
     """
     try:
-        target.stat()
+        # What is there is asked by the name as given: a link in /proc to a pipe says where it
+        # leads in words that are no name of a file.
+        there = path.stat()
     except FileNotFoundError:
+        return True
+    if stat.S_ISDIR(there.st_mode):
+        raise IsADirectoryError(errno.EISDIR, "it is a folder")
+    if not stat.S_ISREG(there.st_mode):
         return False
-    if target.is_dir():
-        raise IsADirectoryError(21, "it is a folder")
-    return not target.is_file()
+    real = Path(os.path.realpath(path))
+    return real.exists() and os.path.samestat(real.stat(), there)
 
 
 def _beside(target: Path) -> Path:
