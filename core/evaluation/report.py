@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
+import unicodedata
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -57,21 +59,21 @@ def write_csv(path: str | Path, records: Sequence[Record]) -> None:
     write_text(path, buffer.getvalue())
 
 
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.ASCII | re.IGNORECASE)
+"""A number as a spreadsheet reads it: nothing that Python's ``float`` takes beside it, such as
+``-inf`` or ``-1_000``."""
+
+
 def no_formula(value: Any) -> Any:
-    """Return the value of a cell so that no spreadsheet computes it or passes it on."""
-    if not isinstance(value, str) or is_number(value.split(" ")[0]):
+    """Return the value of a cell so that no spreadsheet computes it or passes it on.
+
+    Numbers stay as they are, one or several with blanks between them.
+    """
+    if not isinstance(value, str) or all(map(NUMBER.fullmatch, value.split(" "))):
         return value
-    first = value.lstrip(" ")[:1]
+    # Some spreadsheets take wide letters, such as a wide equals sign, for plain ones.
+    first = unicodedata.normalize("NFKC", value.lstrip(" ")[:1])
     return f"'{value}" if first in tuple("=+-@") or (first and not first.isprintable()) else value
-
-
-def is_number(text: str) -> bool:
-    """Say whether a text is a number."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 NO_BRACKETS = str.maketrans("[],", "   ")
