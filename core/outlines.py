@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .progress import SILENT, Progress
+from .ranges import ranges
 
 if TYPE_CHECKING:  # only the types: their module brings Numba in
     from .structures.cells import Cells, Polygons
@@ -156,8 +157,7 @@ def triangles_of(polygons: Polygons) -> tuple[np.ndarray, np.ndarray]:
     sizes = np.diff(polygons.offsets)
     per_polygon = np.maximum(sizes - 2, 0)
     first = np.repeat(polygons.offsets[:-1], per_polygon)
-    # The rank of a triangle in its fan.
-    rank = np.arange(len(first)) - np.repeat(np.cumsum(per_polygon) - per_polygon, per_polygon)
+    rank = ranges(0, per_polygon)  # of a triangle in its fan
     triangles = polygons.points[np.stack([first, first + rank + 1, first + rank + 2], axis=1)]
     return triangles, np.repeat(polygons.owners, per_polygon)
 
@@ -166,18 +166,11 @@ def _chosen(polygons: Polygons, places: np.ndarray) -> Polygons:
     """Return the polygons of some owners, which ascend; looks at no others."""
     begins = np.searchsorted(polygons.owners, places, side="left")
     ends = np.searchsorted(polygons.owners, places, side="right")
-    kept = _ranges(begins, ends)
-    corners = _ranges(polygons.offsets[kept], polygons.offsets[kept + 1])
+    kept = ranges(begins, ends - begins)
     sizes = polygons.offsets[kept + 1] - polygons.offsets[kept]
+    corners = ranges(polygons.offsets[kept], sizes)
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     return type(polygons)(polygons.points[corners], offsets, polygons.owners[kept])
-
-
-def _ranges(begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return the numbers from each begin to below its end, range after range."""
-    sizes = ends - begins
-    offsets = np.cumsum(sizes) - sizes
-    return np.repeat(begins - offsets, sizes) + np.arange(sizes.sum())
 
 
 def _joined(polygons: Polygons, boxes: np.ndarray) -> Wires:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..ranges import ranges
 from ..scene import ORTHOGRAPHIC, Camera, Scene
 from ..structures.bvh import BVH
 from .cameras import camera_axes, camera_rays, window_of
@@ -217,7 +218,8 @@ class View:
         # Rows whose middle lies in the triangle.
         first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, self.rows).astype(np.int64)
         last = np.clip(np.ceil(y.max(axis=1) - 0.5), 0, self.rows).astype(np.int64)
-        owner, row = _ranges(first, np.maximum(last, first))
+        heights = np.maximum(last - first, 0)
+        owner, row = np.repeat(np.arange(len(first)), heights), ranges(first, heights)
         middle = row + 0.5
         left = np.full((2, len(row)), np.inf)  # column, and what is linear of the depth there
         right = np.full((2, len(row)), -np.inf)
@@ -233,13 +235,14 @@ class View:
         good = np.isfinite(left[0]) & np.isfinite(right[0])
         owner, row, left, right = owner[good], row[good], left[:, good], right[:, good]
         begin = np.clip(np.ceil(left[0] - 0.5), 0, self.columns).astype(np.int64)
-        end = np.maximum(np.clip(np.ceil(right[0] - 0.5), 0, self.columns).astype(np.int64), begin)
+        end = np.clip(np.ceil(right[0] - 0.5), 0, self.columns).astype(np.int64)
+        widths = np.maximum(end - begin, 0)
         slope = (right[1] - left[1]) / np.maximum(right[0] - left[0], 1e-12)
-        parts = np.cumsum(end - begin) // PIXELS_AT_ONCE
+        parts = np.cumsum(widths) // PIXELS_AT_ONCE
         for part in range(int(parts.max(initial=-1)) + 1):
             chosen = np.flatnonzero(parts == part)
-            span, column = _ranges(begin[chosen], end[chosen])
-            span = chosen[span]
+            span = np.repeat(chosen, widths[chosen])
+            column = ranges(begin[chosen], widths[chosen])
             there = left[1, span] + slope[span] * (column + 0.5 - left[0, span])
             yield row[span] * self.columns + column, self._linear(there), number[owner[span]]
 
@@ -316,13 +319,6 @@ class View:
             column[inside].astype(np.int64), row[inside].astype(np.int64),
             depth[inside], edge[inside],
         )  # fmt: skip
-
-
-def _ranges(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return all whole numbers first[i] ... last[i] - 1 with their i, as (i, numbers)."""
-    sizes = last - first
-    owner = np.repeat(np.arange(len(first)), sizes)
-    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes - first, sizes)
 
 
 def _cut(inside: np.ndarray, outside: np.ndarray, near: float) -> np.ndarray:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernels import inner, kernel
-from .length import length
+from .length import polygon_area
 
 POLYGON_SIZE = 10
 """Corners of a polygon: three, and one more for each of six planes, with room. A plane crosses the
@@ -128,15 +128,4 @@ def add_clipped_areas(corners, references, leaf_of, boxes, areas, polygon):
     for entry in range(len(references)):
         triangle = references[entry]
         first, end = clip(corners, triangle, boxes[leaf_of[entry]], polygon)
-        for i in range(first + 1, end - 1):
-            ax, ay, az = (
-                polygon[i, 0] - polygon[first, 0],
-                polygon[i, 1] - polygon[first, 1],
-                polygon[i, 2] - polygon[first, 2],
-            )
-            bx, by, bz = (
-                polygon[i + 1, 0] - polygon[first, 0],
-                polygon[i + 1, 1] - polygon[first, 1],
-                polygon[i + 1, 2] - polygon[first, 2],
-            )
-            areas[triangle] += 0.5 * length(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
+        areas[triangle] += polygon_area(polygon, first, end)

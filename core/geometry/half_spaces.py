@@ -20,6 +20,7 @@ import numpy as np
 from ..kernels import call, inner, kernel
 from ..parallel import for_chunks
 from ..progress import SILENT, Progress
+from .length import polygon_area
 from .polygons import Polygons
 
 SHELL = 1e-12
@@ -155,18 +156,6 @@ def cut_face(planes, face, neighbours, size, shell, room):
     return row, count
 
 
-@inner
-def polygon_area(points, count):
-    """Return the area of a polygon with `count` corners."""
-    nx, ny, nz = 0.0, 0.0, 0.0
-    fx, fy, fz = points[0, 0], points[0, 1], points[0, 2]
-    for i in range(1, count - 1):
-        ax, ay, az = points[i, 0] - fx, points[i, 1] - fy, points[i, 2] - fz
-        bx, by, bz = points[i + 1, 0] - fx, points[i + 1, 1] - fy, points[i + 1, 2] - fz
-        nx, ny, nz = nx + ay * bz - az * by, ny + az * bx - ax * bz, nz + ax * by - ay * bx
-    return 0.5 * (nx * nx + ny * ny + nz * nz) ** 0.5
-
-
 @kernel
 def measure_range(local, neighbours, room, areas, contents):
     """Write areas and volumes; pyramids over the faces, from the middle, make up the volume."""
@@ -179,7 +168,7 @@ def measure_range(local, neighbours, room, areas, contents):
             )
             if count == 0:
                 continue
-            area = polygon_area(room.points[row], count)
+            area = polygon_area(room.points[row], 0, count)
             total += area
             content += area * planes[i, face, 3] / 3.0
         areas[i], contents[i] = total * unit * unit, content * unit * unit * unit
@@ -189,7 +178,7 @@ def measure_range(local, neighbours, room, areas, contents):
 def write_faces(local, neighbours, room, thin, points, corner_counts, owners):
     """Write the corners of faces that are not too thin; return the number of these and of those.
 
-    There must be room for MOST corners of every face, see :func:`most_corners`.
+    There must be room for all faces, each with as many corners as :func:`most_corners` says.
     """
     n_points, n_faces = 0, 0
     planes, sizes = local.planes, local.sizes
@@ -198,7 +187,7 @@ def write_faces(local, neighbours, room, thin, points, corner_counts, owners):
             row, count = cut_face(
                 planes[i], face, neighbours[face], sizes[i], local.shells[i], room
             )
-            if count < 3 or polygon_area(room.points[row], count) < thin * sizes[i] * sizes[i]:
+            if count < 3 or polygon_area(room.points[row], 0, count) < thin * sizes[i] * sizes[i]:
                 continue
             for corner in range(count):
                 for k in range(3):

@@ -1,4 +1,4 @@
-"""Lengths of vectors whose squares may leave the range of numbers."""
+"""Lengths of vectors whose squares may leave the range of numbers, and areas of polygons."""
 
 from __future__ import annotations
 
@@ -19,3 +19,25 @@ def length(x, y, z):
         return largest
     x, y, z = x / largest, y / largest, z / largest
     return largest * (x * x + y * y + z * z) ** 0.5
+
+
+@inner
+def polygon_area(points, begin, end):
+    """Return the area of a flat polygon without crossings, ``points[begin:end]``, (n, 3) float64.
+
+    It is half the length of what the cross products of a fan of triangles add up to.
+    """
+    nx, ny, nz = 0.0, 0.0, 0.0
+    for i in range(begin + 1, end - 1):
+        ax, ay, az = (
+            points[i, 0] - points[begin, 0],
+            points[i, 1] - points[begin, 1],
+            points[i, 2] - points[begin, 2],
+        )
+        bx, by, bz = (
+            points[i + 1, 0] - points[begin, 0],
+            points[i + 1, 1] - points[begin, 1],
+            points[i + 1, 2] - points[begin, 2],
+        )
+        nx, ny, nz = nx + ay * bz - az * by, ny + az * bx - ax * bz, nz + ax * by - ay * bx
+    return 0.5 * length(nx, ny, nz)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..outlines import SIDES
+from ..ranges import ranges
 
 
 class Polygons(NamedTuple):
@@ -49,6 +50,4 @@ def merged(first: Polygons, second: Polygons) -> Polygons:
     order = np.argsort(owners, kind="stable")
     sizes = sizes[order]
     offsets = np.concatenate([[0], np.cumsum(sizes)])
-    # For each corner in the new order, where it was: its polygon's old begin plus its rank there.
-    rank = np.arange(offsets[-1]) - np.repeat(offsets[:-1], sizes)
-    return Polygons(points[np.repeat(begins[order], sizes) + rank], offsets, owners[order])
+    return Polygons(points[ranges(begins[order], sizes)], offsets, owners[order])

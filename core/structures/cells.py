@@ -9,6 +9,7 @@ import numpy as np
 
 from ..geometry.box import surface_area
 from ..geometry.polygons import Polygons
+from ..ranges import ranges
 
 NEVER = np.iinfo(np.int64).max
 """A step of the building that never comes."""
@@ -140,10 +141,8 @@ def reowned(polygons: Polygons, place: np.ndarray) -> Polygons:
     order = np.argsort(owners, kind="stable")
     sizes = np.diff(polygons.offsets)[order]
     offsets = np.concatenate([[0], np.cumsum(sizes)])
-    # For each corner in the new order, where it was: its polygon's old begin plus its rank there.
-    rank = np.arange(offsets[-1]) - np.repeat(offsets[:-1], sizes)
-    points = polygons.points[np.repeat(polygons.offsets[:-1][order], sizes) + rank]
-    return Polygons(points, offsets, owners[order])
+    before = ranges(polygons.offsets[:-1][order], sizes)
+    return Polygons(polygons.points[before], offsets, owners[order])
 
 
 def planes_across(boxes: np.ndarray, axis: int, position: np.ndarray) -> np.ndarray:

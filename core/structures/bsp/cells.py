@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...geometry.length import length
+from ...geometry.length import polygon_area
 from ...kernels import call, inner, kernel
+from ...ranges import ranges
 from ..cells import Polygons
 from .grown import Grown
 from .polyhedron import Polyhedra, clip, make_polyhedra, measure
@@ -129,8 +130,7 @@ def polygons(
     sizes = measures.cut[left]
     ends = (loops.first_corner + measures.corners)[left]
     offsets = np.concatenate([[0], np.cumsum(sizes)])
-    rank = np.arange(offsets[-1]) - np.repeat(offsets[:-1], sizes)
-    points = loops.points[np.repeat(ends - sizes, sizes) + rank]
+    points = loops.points[ranges(ends - sizes, sizes)]
     return faces, Polygons(points, offsets, inner_nodes)
 
 
@@ -150,7 +150,7 @@ def add_cut_areas(tree, nodes, corners, shell, lists, path, areas):
 
     Returns the number of entries of leaves of which nothing is left.
     """
-    n_empty, points = 0, lists.points
+    n_empty = 0
     for leaf in range(len(nodes)):
         node, height = nodes[leaf], 0
         while node > 0:
@@ -175,20 +175,7 @@ def add_cut_areas(tree, nodes, corners, shell, lists, path, areas):
                 n_empty += 1
                 continue
             first, size = lists.start[reference], lists.size[reference]
-            for i in range(first + 1, first + size - 1):
-                ax, ay, az = (
-                    points[i, 0] - points[first, 0],
-                    points[i, 1] - points[first, 1],
-                    points[i, 2] - points[first, 2],
-                )
-                bx, by, bz = (
-                    points[i + 1, 0] - points[first, 0],
-                    points[i + 1, 1] - points[first, 1],
-                    points[i + 1, 2] - points[first, 2],
-                )
-                areas[triangle] += 0.5 * length(
-                    ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-                )
+            areas[triangle] += polygon_area(lists.points, first, first + size)
     return n_empty
 
 

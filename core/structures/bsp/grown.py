@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...ranges import ranges
 from ..subdivision.frontier import DEPTH_FIRST
 
 
@@ -94,7 +95,7 @@ def numbered(tree: Grown, order: int) -> Grown:
     lists = -1 - tree.link[leaves]
     sizes = (tree.offsets[1:] - tree.offsets[:-1])[lists]
     offsets = np.concatenate([[0], np.cumsum(sizes)])
-    place = np.arange(offsets[-1]) + np.repeat(tree.offsets[lists] - offsets[:-1], sizes)
+    place = ranges(tree.offsets[lists], sizes)
     new_link = np.empty(len(old), np.int32)
     new_link[~is_leaf] = number[link[~is_leaf]]
     new_link[number[leaves]] = -1 - np.arange(len(leaves))

@@ -20,6 +20,7 @@ from ...geometry.box import area_of, clear, include
 from ...kernels import call, inner, kernel
 from ...parallel import Team
 from ...progress import Progress
+from ...ranges import ranges
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
 from .lbvh import Intervals, complete, make_intervals
 from .morton import sort_by_code
@@ -167,7 +168,7 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
         begins = np.concatenate([[0], np.cumsum(sizes)])
         top.size[:] = begins[top.begin + top.size] - begins[top.begin]
         top.begin[:] = begins[top.begin]
-        source = np.arange(len(codes)) + np.repeat(starts[number] - begins[:-1], sizes)
+        source = ranges(starts[number], sizes)
         codes, order = codes[source], order[source]
         tree = complete(
             top, upper.tolist(), roots.tolist(), codes, primitives.boxes, order, settings, team

@@ -28,6 +28,7 @@ from ...geometry.rays import ULPS
 from ...kernels import call, inner, kernel
 from ...parallel import core_count
 from ...progress import Progress
+from ...ranges import ranges
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
 from .chop import References
 from .spatial_split import (
@@ -332,9 +333,8 @@ def finished(work: Construction) -> Grouping:
     leaves = np.flatnonzero(tree.size > 0)
     leaves = leaves[np.argsort(tree.first[leaves])]
     size = tree.size[leaves]
-    begin = np.cumsum(size) - size
-    kept = np.arange(size.sum()) + np.repeat(tree.first[leaves] - begin, size)
-    tree.first[leaves] = begin
+    kept = ranges(tree.first[leaves], size)
+    tree.first[leaves] = np.cumsum(size) - size
     are_whole = len(kept) == work.root.size
     parts = None if are_whole else work.references.boxes[kept]
     return Grouping(tree, work.references.triangle[kept], parts, figures_of(work, len(kept)))

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...kernels import call, kernel
+from ...ranges import ranges
 
 
 class Primitives(NamedTuple):
@@ -191,8 +192,7 @@ def depths_of(first: np.ndarray, size: np.ndarray, width: np.ndarray) -> np.ndar
         depth[level] = below
         parents = level[size[level] == 0]
         children = width[parents]
-        rank = np.arange(children.sum()) - np.repeat(np.cumsum(children) - children, children)
-        level = np.repeat(first[parents].astype(np.int64), children) + rank
+        level = ranges(first[parents], children)
         below += 1
     return depth
 

@@ -9,6 +9,7 @@ import numpy as np
 from ...geometry.box import Boxes, boxes_of
 from ...geometry.kdop import KDOPs
 from ...geometry.rays import ULPS
+from ...ranges import ranges
 from .fit import sticking_out
 from .tree import ranges_of
 
@@ -37,8 +38,7 @@ def violations_of(bvh: BVH) -> list[str]:
     inner = np.flatnonzero(count == 0)
     widths = bvh.width()
     width = widths[inner]
-    rank = np.arange(width.sum()) - np.repeat(np.cumsum(width) - width, width)
-    children = np.repeat(first[inner], width) + rank
+    children = ranges(first[inner], width)
     if not np.array_equal(np.sort(children), np.arange(1, len(count))):
         violations.append("a node has no parent or several")
     elif isinstance(volumes, Boxes | KDOPs) and (

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernels import implements
+from ...ranges import ranges
 from ..subdivision.structure import Topology
 from ..subdivision.tree import (
     child,
@@ -200,8 +201,7 @@ def store(
     in_order[leaf[leaves]] = leaves
     sizes = piece.size[in_order].astype(np.int64)
     offsets = np.concatenate([[0], np.cumsum(sizes)])
-    moved = np.repeat(piece.first[in_order] - offsets[:-1], sizes)
-    references = piece.listed[np.arange(len(moved)) + moved]
+    references = piece.listed[ranges(piece.first[in_order], sizes)]
     # Ascending within a leaf.
     keys = (np.repeat(np.arange(len(sizes)), sizes) << 32) + references
     keys.sort()
