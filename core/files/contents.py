@@ -8,6 +8,9 @@ import numpy as np
 
 from ..geometry.triangulation import triangulate
 
+MORE_THAN_ANY = 1 << 63
+"""A count beyond that of anything in a file, and of what an index of 64 bits can hold."""
+
 
 class BrokenFile(ValueError):
     """What a file says is against its format; the message names the place."""

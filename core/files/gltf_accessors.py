@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import base64
 import binascii
+import contextlib
 import json
+import math
+import reprlib
 import struct
 import urllib.parse
 from pathlib import Path
@@ -16,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..memory import refuse_if_too_large
-from .contents import BrokenFile, NotRead
+from .contents import MORE_THAN_ANY, BrokenFile, NotRead
 
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
 
@@ -39,8 +42,12 @@ class Document:
             data = self._unpack(data)
         try:
             self.root = json.loads(data.decode("utf-8-sig"))
-        except (ValueError, RecursionError) as error:
+        except (json.JSONDecodeError, UnicodeDecodeError) as error:
             raise BrokenFile(f"its description is no JSON: {error}") from None
+        except RecursionError:
+            raise BrokenFile("its description is nested too deep") from None
+        except ValueError:
+            raise BrokenFile("its description has a number of thousands of digits") from None
         if not isinstance(self.root, dict):
             raise BrokenFile("its description is no JSON object")
 
@@ -99,7 +106,7 @@ class Document:
         entry = self.entry("accessors", index)
         where = f"accessor {index}"
         if entry.get("type") != kind:
-            raise BrokenFile(f"{where} is of type {entry.get('type')}, not {kind}")
+            raise BrokenFile(f"{where} is of type {str(entry.get('type'))[:20]}, not {kind}")
         count = whole(entry.get("count"), f"the count of {where}")
         component, width = _component(entry, where), SIZES[kind]
         if "bufferView" in entry:
@@ -202,7 +209,7 @@ class Document:
 
 
 def whole(value: Any, what: str) -> int:
-    """Return a whole number of at least 0; JSON may write it as 3.0.
+    """Return a whole number from 0 to below 2^63; JSON may write it as 3.0.
 
     Raises
     ------
@@ -212,14 +219,32 @@ def whole(value: Any, what: str) -> int:
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise BrokenFile(f"{what} is {value!r}, not a whole number")
+        raise BrokenFile(f"{what} is {reprlib.repr(value)}, not a whole number")
+    if value >= MORE_THAN_ANY:
+        raise BrokenFile(f"{what} is {reprlib.repr(value)}, more than any file can have")
     return value
+
+
+def real(value: Any, what: str) -> float:
+    """Return a finite number.
+
+    Raises
+    ------
+    BrokenFile
+        If it is none; JSON may write one that is too large.
+    """
+    number = math.nan
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        with contextlib.suppress(OverflowError):
+            number = float(value)
+    if not math.isfinite(number):
+        raise BrokenFile(f"{what} is {reprlib.repr(value)}, no finite number")
+    return number
 
 
 def _component(entry: dict, where: str) -> np.dtype:
     try:
         return np.dtype("<" + COMPONENTS[entry["componentType"]])
     except (KeyError, TypeError):
-        raise BrokenFile(
-            f"{where} has the componentType {entry.get('componentType')!r}, which there is not"
-        ) from None
+        found = reprlib.repr(entry.get("componentType"))
+        raise BrokenFile(f"{where} has the componentType {found}, which there is not") from None

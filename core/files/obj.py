@@ -4,6 +4,9 @@ A face may name vertices from the front (1 is the first of the file) or from the
 last one above the face). Of ``v/vt/vn`` only v matters here. One piece is a run of faces with the
 same object, group and material.
 
+Not read by trimesh: it counts negative numbers back from the end of the file, skips vertices that a
+tab follows, fans out concave polygons and gives the two triangles of a quad numbers far apart.
+
 Wavefront Technologies: Object Files (.obj), Advanced Visualizer manual, appendix B1.
 """
 
@@ -19,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from .contents import BrokenFile, Contents, Piece, counted, note_small_faces, triangles_of_faces
-from .text import bytes_of, floats_of, integers_of, name_of, shown
+from .text import floats_of, integers_of, name_of, shown, text_of
 
 ELSEWHERE = frozenset(
     b"vt vn vp s mg mtllib usemap maplib bevel c_interp d_interp lod shadow_obj trace_obj ctech "
@@ -56,7 +59,7 @@ class Text:
     """The lines of a file, where one that ends in a backslash goes on in the next."""
 
     def __init__(self, path: Path) -> None:
-        data = bytes_of(path)
+        data = text_of(path.read_bytes())
         if b"\\" in data:
             # The break becomes a vertical tab, a blank too, so that lines can still be counted. In
             # a comment a backslash is a backslash: it may be the end of a folder's name.

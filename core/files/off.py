@@ -4,6 +4,9 @@ The keyword may be left out, and may say more: ``[ST][C][N][4][n]OFF`` for textu
 colours, normals, a fourth homogeneous coordinate, a number of dimensions. What stands behind a
 vertex's coordinates, and behind a face's corners, is of no use here.
 
+Not read by trimesh: it sorts faces by their number of corners, cuts concave polygons as fans, and
+refuses headers such as "OFF6 2 0".
+
 Geomview manual, "OFF: Object File Format", The Geometry Center, 1998.
 """
 
@@ -17,7 +20,7 @@ import numpy as np
 
 from .contents import BrokenFile, Contents, Piece, counted, note_small_faces, triangles_of_faces
 from .rows import Column, read_rows
-from .text import Lines, bytes_of, integer_of, integers_of, lines_of, numbers_in
+from .text import Lines, integer_of, integers_of, lines_of, numbers_in, text_of
 
 KEYWORD = re.compile(rb"\s*(?:#[^\n]*\n\s*)*((?:ST|C|N|4|n)*)OFF[ \t]*(BINARY)?")
 
@@ -30,7 +33,7 @@ def read_off(path: Path) -> Contents:
     found = KEYWORD.match(raw)
     if found and found[2]:
         return _read_binary(path, raw, found)
-    data = bytes_of(path)
+    data = text_of(raw)
     found = KEYWORD.match(data)
     kind, begin = (found[1], found.end()) if found else (b"", 0)
     n_lines = data.count(b"\n", 0, begin)
@@ -84,8 +87,7 @@ def _flattened(vertices: np.ndarray) -> np.ndarray:
     """Return vertices of four homogeneous coordinates, if they are such, as points of space."""
     if vertices.shape[1] == 3:
         return vertices
-    with np.errstate(all="ignore"):
-        return vertices[:, :3] / vertices[:, 3:]
+    return vertices[:, :3] / vertices[:, 3:]
 
 
 def _faces(lines: Lines) -> tuple[np.ndarray, np.ndarray]:

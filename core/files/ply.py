@@ -3,6 +3,9 @@
 Taken are the elements ``vertex`` (properties x, y and z), ``face`` (the list ``vertex_indices``, or
 ``vertex_index``) and ``tristrips``, where -1 in the list begins another strip.
 
+Not read by trimesh: it sorts faces by their number of corners, cuts concave polygons as fans, and
+knows no strips.
+
 G. Turk: The PLY Polygon File Format, in the PLY tools of the Georgia Institute of Technology, 1998.
 """
 
@@ -126,8 +129,7 @@ def _lists(table: Table, element: str) -> Lists:
 
 def _whole(values: np.ndarray) -> np.ndarray:
     """Return vertex indices as int64, whatever type the file gives them."""
-    with np.errstate(invalid="ignore"):
-        indices = values.astype(np.int64)
+    indices = values.astype(np.int64)
     if not np.array_equal(indices, values):
         raise BrokenFile("a vertex index is no whole number")
     return indices

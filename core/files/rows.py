@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import call, kernel
+from ..ranges import ranges
 from .contents import BrokenFile
 
 
@@ -52,14 +53,16 @@ def read_rows(
     Raises
     ------
     BrokenFile
-        When the file ends before the rows do, or a length is negative.
+        When the file ends before the rows do, or a length is negative or more than there is.
     """
+    if not count or not columns:
+        return {column.name: _nothing(column) for column in columns}, start
     least = sum((column.length or column.item).itemsize for column in columns)
     if count * least > len(data) - start:
         raise BrokenFile(f"it announces {count} times {what}, but ends before")
     # Rows of one length, as all are without lists and as those of a mesh of triangles are, can be
     # seen as an array.
-    row, end = _row_like_the_first(data, start, columns) if count else (None, start)
+    row, end = _row_like_the_first(data, start, columns)
     if row is not None and count * row.itemsize <= len(data) - start:
         table = np.frombuffer(data, row, count, start)
         if all((table[n] == table[n][:1]).all() for n in row.names or () if n.startswith("length")):
@@ -90,25 +93,37 @@ def read_rows(
 
 _SIGNED = {"i": 1, "u": 0}
 
+LONGEST_ROW = np.iinfo(np.intc).max
+"""Bytes that a row may have to be seen as an item of an array; NumPy counts them in a C int."""
+
+
+def _nothing(column: Column) -> np.ndarray | Lists:
+    """Return a column of no rows."""
+    empty = np.zeros(0, dtype=column.item)
+    return empty if column.length is None else Lists(empty, np.zeros(0, dtype=np.int64))
+
 
 def _row_like_the_first(
     data: np.ndarray, start: int, columns: Sequence[Column]
 ) -> tuple[np.dtype | None, int]:
     """Return the dtype of rows whose lists are as long as those of the first, and its end."""
     fields: list[tuple] = []
+    place = start
     for k, column in enumerate(columns):
-        if column.length is None:
-            fields.append((f"item{k}", column.item))
-        else:
-            place = start + np.dtype(fields).itemsize
+        size = 1
+        if column.length is not None:
             if place + column.length.itemsize > len(data):
                 return None, start
             size = int(np.frombuffer(data, column.length, 1, place)[0])
-            if not 0 <= size <= (len(data) - place) // column.item.itemsize:
-                return None, start
-            fields += [(f"length{k}", column.length), (f"item{k}", column.item, (size,))]
-    row = np.dtype(fields)
-    return row, start + row.itemsize
+            fields.append((f"length{k}", column.length))
+            place += column.length.itemsize
+        if not 0 <= size <= (len(data) - place) // column.item.itemsize:
+            return None, start
+        fields.append((f"item{k}", column.item, (size,) if column.length is not None else ()))
+        place += size * column.item.itemsize
+        if place - start > LONGEST_ROW:
+            return None, start
+    return np.dtype(fields), place
 
 
 def _columns_of(table: np.ndarray, columns: Sequence[Column]) -> dict[str, np.ndarray | Lists]:
@@ -125,9 +140,7 @@ def _columns_of(table: np.ndarray, columns: Sequence[Column]) -> dict[str, np.nd
 
 def _gather(data: np.ndarray, begins: np.ndarray, sizes: np.ndarray, item: np.dtype) -> np.ndarray:
     """Return the numbers that begin at certain bytes of the file, `sizes` at each, (n,) `item`."""
-    ends = np.cumsum(sizes)
-    rank = np.arange(int(ends[-1]) if len(ends) else 0) - np.repeat(ends - sizes, sizes)
-    places = np.repeat(begins, sizes) + rank * item.itemsize
+    places = np.repeat(begins, sizes) + ranges(0, sizes) * item.itemsize
     return data[places[:, None] + np.arange(item.itemsize)].view(item).reshape(-1)
 
 
@@ -163,7 +176,10 @@ def find_rows(data, start, layout, begins, sizes):
                 for k in range(width):
                     at = place + k if layout[column, 2] else place + width - 1 - k
                     size = size * 256 + int(data[at])
-                if layout[column, 1] and size >= 1 << (8 * width - 1):
+                    # Here already, as eight bytes may hold more than an int64.
+                    if size > len(data):
+                        return -row - 1
+                if layout[column, 1] and width < 8 and size >= 1 << (8 * width - 1):
                     return -row - 1
                 place += width
             if size > (len(data) - place) // layout[column, 3]:

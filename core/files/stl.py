@@ -4,6 +4,8 @@ Text is solids of facets, ``solid NAME`` to ``endsolid``, and one piece each. Bi
 anything, the number of triangles, and 50 bytes for each. Many a binary file begins with "solid"
 too; it is known by its length.
 
+Not read by trimesh: of a text that ends inside a solid it drops that solid without a word.
+
 3D Systems: StereoLithography Interface Specification, 1988.
 """
 
@@ -16,7 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from .contents import BrokenFile, Contents, Piece
-from .text import bytes_of, floats_of, name_of, shown
+from .text import floats_of, name_of, shown, text_of
+
+HEAD = 84
+"""Bytes before the triangles of a binary file; the last four of them say how many there are."""
 
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -34,23 +39,23 @@ NAMED = re.compile(rb"^[ \t]*(end[ \t]*)?solid\b([^\n]*)$", re.IGNORECASE | re.M
 
 def read_stl(path: Path) -> Contents:
     """Read an STL file."""
-    with path.open("rb") as file:
-        head = file.read(84)
-    size = path.stat().st_size
-    announced = int.from_bytes(head[80:84], "little") if len(head) == 84 else 0
-    if len(head) == 84 and size == 84 + RECORD.itemsize * announced:
-        return _read_binary(path, announced)
-    if _is_text(bytes_of(path)):
-        return _read_text(path)
-    if len(head) < 84:
+    data = path.read_bytes()
+    size, has_head = len(data), len(data) >= HEAD
+    announced = int.from_bytes(data[HEAD - 4 : HEAD], "little") if has_head else 0
+    extra = size - HEAD - RECORD.itemsize * announced
+    if has_head and extra == 0:
+        return _read_binary(path, data, announced)
+    text = text_of(data)
+    if _is_text(text):
+        return _read_text(path, text)
+    if not has_head:
         raise BrokenFile("it is neither text that begins with 'solid' nor long enough for binary")
-    if size < 84 + RECORD.itemsize * announced:
+    if extra < 0:
         raise BrokenFile(
             f"as binary STL it announces {announced} triangles, but ends after "
-            f"{(size - 84) // RECORD.itemsize}"
+            f"{(size - HEAD) // RECORD.itemsize}"
         )
-    contents = _read_binary(path, announced)
-    extra = size - 84 - RECORD.itemsize * announced
+    contents = _read_binary(path, data, announced)
     contents.notes.append(f"not read: {extra} bytes behind the {announced} announced triangles")
     return contents
 
@@ -61,13 +66,12 @@ def _is_text(data: bytes) -> bool:
     return b"\0" not in data and bool(re.match(begins, data, re.IGNORECASE))
 
 
-def _read_binary(path: Path, count: int) -> Contents:
-    records = np.fromfile(path, dtype=RECORD, count=count, offset=84)
+def _read_binary(path: Path, data: bytes, count: int) -> Contents:
+    records = np.frombuffer(data, RECORD, count, HEAD)
     return Contents([Piece(path.stem, records["corners"].astype(np.float64))], [])
 
 
-def _read_text(path: Path) -> Contents:
-    data = bytes_of(path)
+def _read_text(path: Path, data: bytes) -> Contents:
     pieces = []
     begin: re.Match[bytes] | None = None
     place = 0

@@ -5,12 +5,11 @@ from __future__ import annotations
 import codecs
 import itertools
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from .contents import BrokenFile
+from .contents import MORE_THAN_ANY, BrokenFile
 
 MARKS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
@@ -22,13 +21,12 @@ MARKS = (
 """What a text may begin with to tell its encoding; UTF-32's contains UTF-16's."""
 
 
-def bytes_of(path: Path) -> bytes:
+def text_of(data: bytes) -> bytes:
     r"""Return a text file's bytes, with ``\n`` at the end of lines and no mark at the beginning.
 
     Names and comments may be in any encoding that has ASCII in it; UTF-16 and UTF-32 are turned
     into UTF-8 where the file begins with their mark.
     """
-    data = path.read_bytes()
     for mark, encoding in MARKS:
         if data.startswith(mark):
             try:
@@ -117,8 +115,11 @@ def _refuse_underscores(words: Sequence[bytes]) -> None:
         raise ValueError("a number has an underscore in it")
 
 
+DIGITS = len(str(MORE_THAN_ANY))
+
+
 def integer_of(word: bytes, what: str) -> int:
-    """Return one whole number of at least 0, such as a count in a header.
+    """Return one whole number from 0 to below 2^63, such as a count in a header.
 
     Raises
     ------
@@ -127,7 +128,11 @@ def integer_of(word: bytes, what: str) -> int:
     """
     if not word.isdigit():
         raise BrokenFile(f"{what} is {shown(word)}, not a whole number")
-    return int(word)
+    # Python refuses to read thousands of digits.
+    number = int(word) if len(word.lstrip(b"0")) <= DIGITS else MORE_THAN_ANY
+    if number >= MORE_THAN_ANY:
+        raise BrokenFile(f"{what} is {shown(word)}, more than any file can have")
+    return number
 
 
 def numbers_in(
