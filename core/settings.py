@@ -284,7 +284,10 @@ def to_json(settings: Any) -> dict[str, Any]:
 
 
 def to_text(settings: Any) -> str:
-    """Return the settings as the command line takes them: ``resolution=auto,mailbox=true``."""
+    """Return the settings in the words of the command line: ``resolution=auto,mailbox=true``.
+
+    Free text stands as it is, without the quotes that it may need there.
+    """
     parts = []
     for field in dataclasses.fields(settings):
         value = getattr(settings, field.name)
@@ -293,14 +296,14 @@ def to_text(settings: Any) -> str:
 
 
 def _value_to_text(field: dataclasses.Field, value: Any) -> str:
-    """Return the text that :func:`_parse_value` turns back into `value`."""
+    """Return a text that means `value`."""
     if field.metadata["unset"] and value == field.default:
         return field.metadata["unset"]
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
         return "x".join(str(component) for component in value)
-    return quoted(str(value))
+    return str(value)
 
 
 def describe(settings_type: type) -> list[dict[str, Any]]:
@@ -323,7 +326,7 @@ def describe(settings_type: type) -> list[dict[str, Any]]:
 PAIR = re.compile(
     r"""\s*(?P<key>[^=,]*?)\s*=
     (?:\s*"(?P<double>[^"]*)"\s*|\s*'(?P<single>[^']*)'\s*|(?P<plain>.*?),*)
-    (?:,(?=\s*[a-z_]\w*\s*=)|$)""",
+    (?:,(?=\s*[a-z_]\w*\s*=)|\Z)""",
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
 """``key=value`` up to the comma before the next key; a value in quotes may hold anything else."""
@@ -355,11 +358,3 @@ def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
         texts[key] = next(value for value in values if value is not None)
         rest = rest[pair.end() :]
     return name.strip(), texts
-
-
-def quoted(text: str) -> str:
-    """Return free text as :func:`parse_spec` takes it for a value: in quotes where it has to be."""
-    for written in (text, f'"{text}"', f"'{text}'"):
-        if parse_spec(f":key={written}")[1] == {"key": text}:
-            return written
-    return text

@@ -2,17 +2,22 @@
 
 import numpy as np
 import pytest
-from accelscope.core.settings import parse_spec, quoted
+from accelscope.core.settings import parse_spec
 
-NAMES = ["a,b.npz", "a,b=c.npz", "C:x,y.npz", "it's.npz", "'a', \"b\".npz", "a,,b.npz", "a=b.npz",
-         "two words, or more.npz", ",.npz"]  # fmt: skip
+# What is typed for each name: quotes where the name itself looks like another setting.
+NAMES = {
+    "a,b.npz": "a,b.npz", "a,b=c.npz": '"a,b=c.npz"', "C:x,y.npz": "C:x,y.npz",
+    "it's.npz": "it's.npz", "'a', \"b\".npz": "'a', \"b\".npz", "a,,b.npz": "a,,b.npz",
+    "a=b.npz": "a=b.npz", "two words, or more.npz": "two words, or more.npz", ",.npz": "',.npz'",
+    "a,path=b.npz": "'a,path=b.npz'",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_rays_of_a_file_of_any_name(run, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     np.savez(name, origins=np.zeros((7, 3)), directions=np.ones((7, 3)))
-    spec = f"file:path={quoted(name)}"
+    spec = f"file:path={NAMES[name]}"
     outcome = run("evaluate", "sample:tetra:depth=1", "--rays", spec, "--json", "-", "--quiet")
     assert (outcome.code, outcome.err) == (0, "")
     (record,) = outcome.records
@@ -30,6 +35,8 @@ def test_rays_of_a_file_of_any_name(run, tmp_path, monkeypatch, name):
         (r'file:path="C:\rays, y\x.npz"', {"path": r"C:\rays, y\x.npz"}),
         ("file:path=dir/x,y/z=1.npz", {"path": "dir/x,y/z=1.npz"}),
         ("file:path=it's,b.npz", {"path": "it's,b.npz"}),
+        ("file:path=a.npz\n", {"path": "a.npz\n"}),
+        ("file:path='a,\n',other=b\n\n", {"path": "a,\n", "other": "b\n\n"}),
         ("grid:resolution=1x2x3,,padding=0,", {"resolution": "1x2x3", "padding": "0"}),
     ],
 )
