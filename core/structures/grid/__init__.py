@@ -7,10 +7,12 @@ so many triangles (:mod:`.resolution`); each cell lists the triangles that overl
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 
 import numpy as np
 
+from ...errors import InputError
 from ...geometry.box import boxes_of, surface_area
 from ...geometry.triangle import Triangles, triangles_of
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
@@ -110,26 +112,50 @@ class Grid(Structure):
         return self.settings.mailbox
 
     @staticmethod
-    def _plan(scene: Scene, settings: GridSettings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the lower and upper corner of the grid and its resolution (float), (3,) each."""
+    def _box(scene: Scene, settings: GridSettings) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and upper corner of the grid, (3,) each."""
         size = scene.upper - scene.lower
         margin = settings.padding * size
         # A flat scene gets some thickness: a cell of zero volume has no inside to walk through.
         margin = np.where(size > 0.0, margin, max(settings.padding, 1e-6) * size.max())
-        lower, upper = scene.lower - margin, scene.upper + margin
+        return scene.lower - margin, scene.upper + margin
+
+    @classmethod
+    def _most_cells(cls, scene: Scene, settings: GridSettings) -> np.ndarray:
+        """Return the resolution that is given or that the rule aims at, (3,) float64."""
         given = np.array(settings.resolution)
         if (given > 0).all():
-            return lower, upper, given.astype(np.float64)
+            return given.astype(np.float64)
+        lower, upper = cls._box(scene, settings)
         by_rule = resolution_by_rule(upper - lower, len(scene), settings.rule, settings.density)
+        return np.where(given > 0, given, by_rule)
+
+    @classmethod
+    def _resolution(cls, scene: Scene, settings: GridSettings) -> np.ndarray:
+        """Return the resolution, (3,) float64: fewer cells where triangles are large.
+
+        To know that, all triangles are looked at.
+        """
+        resolution, is_open = cls._most_cells(scene, settings), np.equal(settings.resolution, 0)
+        if not is_open.any():
+            return resolution
+        lower, upper = cls._box(scene, settings)
         terms = reference_terms(scene.triangles, upper - lower, settings.assignment == "exact")
         most = REFERENCES_PER_CELL * max(settings.density, USUAL_DENSITY) * len(scene)
-        resolution = lowered(np.where(given > 0, given, by_rule), given == 0, terms, most)
-        return lower, upper, resolution
+        return lowered(resolution, is_open, terms, most)
 
     @classmethod
     def refuse_too_large(cls, scene: Scene, settings: GridSettings) -> None:
-        """Refuse a resolution whose cells do not fit, with the arrays their figures need."""
-        _, _, resolution = cls._plan(scene, settings)
+        """Refuse a resolution whose cells do not fit, with the arrays their figures need.
+
+        No triangle is looked at where not even the most cells would be too many.
+        """
+        with contextlib.suppress(InputError):
+            return cls._refuse_cells(cls._most_cells(scene, settings), settings)
+        return cls._refuse_cells(cls._resolution(scene, settings), settings)
+
+    @classmethod
+    def _refuse_cells(cls, resolution: np.ndarray, settings: GridSettings) -> None:
         n_cells = float(np.prod(resolution))
         words = "x".join(f"{n:.0f}" for n in resolution)
         refuse_if_unnumbered(n_cells, "cells of the grid", "lower the resolution")
@@ -158,8 +184,9 @@ class Grid(Structure):
         Cancelled
             From `progress`.
         """
-        cls.refuse_too_large(scene, settings)
-        lower, upper, resolution = cls._plan(scene, settings)
+        lower, upper = cls._box(scene, settings)
+        resolution = cls._resolution(scene, settings)
+        cls._refuse_cells(resolution, settings)
         triangles = triangles_of(scene)
         grid = fill_cells(
             scene, triangles, lower, upper, resolution.astype(np.int64),
