@@ -54,7 +54,7 @@ def refuse_if_too_large(needed: int, what: str, advice: str) -> None:
 
 
 MOST_NUMBERS = 2**31 - 1
-"""Nodes, cells and references have numbers of 32 bits."""
+"""Triangles, nodes, cells and references have numbers of 32 bits."""
 
 
 def refuse_if_unnumbered(count: float, what: str, advice: str) -> None:

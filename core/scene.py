@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .errors import InputError
+from .memory import refuse_if_unnumbered
 
 PERSPECTIVE = "perspective"
 ORTHOGRAPHIC = "orthographic"
@@ -205,10 +206,7 @@ class Scene:
         triangles = np.array(triangles, dtype=np.float64, order="C").reshape(-1, 3, 3)
         if len(triangles) == 0:
             raise InputError(f"{name} has no triangles; choose a mesh with faces")
-        if len(triangles) >= 2**31:
-            raise InputError(
-                f"{name} has {len(triangles)} triangles; at most 2147483647 are handled"
-            )
+        refuse_if_unnumbered(len(triangles), f"triangles of {name}", "use a part of it")
         # A float32 file may hold values up to 3e38; what is larger than we can compute with is
         # treated like infinity.
         usable = (np.abs(triangles) < LARGEST).all(axis=(1, 2))

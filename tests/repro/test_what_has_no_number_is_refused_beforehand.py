@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.structures import structures
-from accelscope.core.structures.kdtree.builder import MOST_LINKS, Meter
+from accelscope.core.structures.kdtree.builder import MOST_LINKS, meter_of
 
 
 class Vast:
@@ -37,7 +37,7 @@ def test_a_kd_tree_has_no_more_nodes_than_its_links_can_name():
     from accelscope.core.progress import SILENT
 
     assert np.iinfo(np.int32).max >= 4 * MOST_LINKS + 3
-    meter = Meter(2**29, SILENT)
-    meter.check(0, 1, MOST_LINKS)
+    meter = meter_of(2**29, SILENT)
+    meter.check(0, 1, MOST_LINKS, 1)
     with pytest.raises(InputError, match="nodes"):
-        meter.check(0, 1, MOST_LINKS + 1)
+        meter.check(0, 1, MOST_LINKS + 1, 1)

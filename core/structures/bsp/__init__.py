@@ -27,7 +27,7 @@ from ...scene import Scene
 from ...settings import setting
 from ..cells import Cells, when_divided
 from ..contract import intersection_cost, traversal_cost
-from ..subdivision.frontier import ORDERS, budget_setting, order_setting
+from ..subdivision.frontier import NO_BUDGET, ORDERS, budget_setting, order_setting
 from ..subdivision.settings import (
     depth_limit,
     depth_setting,
@@ -42,7 +42,7 @@ from ..subdivision.settings import (
 from ..subdivision.structure import Subdivision, Topology, padded_box
 from ..subdivision.subtrees import Limits
 from ..subdivision.walks import WALKS
-from .build import NO_BUDGET, grow_tree
+from .build import grow_tree
 from .cells import Measures, covered_areas, measured, polygons
 from .grown import Grown
 from .planes import Autopartition, Heuristic, directions_of

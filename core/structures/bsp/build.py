@@ -1,9 +1,7 @@
 """Building a BSP tree: memory, progress, and who builds which part.
 
-The kernels are in :mod:`.grow`. Without a budget every order gives the same tree, since a split
-depends on its cell alone: then cells are split depth-first, which needs least memory, and large
-subtrees are built by threads of their own (:mod:`.grown`). The priority queue is followed even so,
-since nothing else tells in which order it splits.
+The kernels are in :mod:`.grow`. Where the order makes no difference, cells are split depth-first,
+and large subtrees by threads of their own (:mod:`..subdivision.subtrees`, :mod:`.grown`).
 """
 
 from __future__ import annotations
@@ -13,13 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
 from ...geometry.triangle import Triangles
 from ...kernels import call
-from ...memory import refuse_if_too_large
-from ...progress import Cancelled, Progress
-from ..subdivision.frontier import DEPTH_FIRST, PRIORITY, drop, enlarged, make_frontier, peek
-from ..subdivision.subtrees import ASIDE, DONE, PAUSED, Limits, build_with_threads
+from ...memory import MOST_NUMBERS, refuse_if_too_large
+from ...progress import Progress
+from ..subdivision.frontier import DEPTH_FIRST, drop, enlarged, make_frontier, peek
+from ..subdivision.settings import ADVICE
+from ..subdivision.subtrees import (
+    ASIDE,
+    DONE,
+    PAUSED,
+    Limits,
+    Meter,
+    build_with_threads,
+    follows_order,
+    in_any_order,
+)
 from .grow import (
     AREA,
     BEGIN,
@@ -43,53 +50,14 @@ from .planes import make_scratch
 from .polyhedron import Polyhedra, make_polyhedra
 from .references import Lists
 
-ADVICE = "lower max_depth, raise max_leaf_size or set a budget or duplication"
-
 MOST_REFERENCES = 1 << 22
 """References at which a tree is refused, unless the scene has a sixteenth as many triangles."""
-
-NO_BUDGET = 2**31 - 1
-"""Number of nodes that stands for any."""
 
 SLICE = 0.05
 """Seconds between two looks at the cancel button."""
 
 SUBTREE = 1 << 13
 """References up to which a subtree is built by one thread."""
-
-
-class Meter:
-    """Adds up what several builders have done, reports it, and refuses what grows too large."""
-
-    def __init__(self, total: int, progress: Progress) -> None:
-        self.total, self.progress = total, progress
-        self.most = max(MOST_REFERENCES, 16 * total)
-        self.listed: dict[int, int] = {}
-        self.done: dict[int, float] = {}
-        self.stopped = False
-
-    def check(self, builder: int, listed: int, done: float) -> None:
-        """Note how many references a builder, named by its root, has listed, and its share.
-
-        Raises
-        ------
-        InputError
-            If the tree gets too large.
-        Cancelled
-            If another builder has failed meanwhile.
-        """
-        self.listed[builder], self.done[builder] = listed, done
-        if sum(tuple(self.listed.values())) > self.most:
-            raise InputError(
-                f"the bsp has more than {self.most} references to {self.total} triangles; {ADVICE}"
-            )
-        if self.stopped:
-            raise Cancelled
-
-    def report(self) -> None:
-        """Report the share of the tree that is done."""
-        done = sum(tuple(self.done.values()))
-        self.progress.report(min(float(done), 1.0), 1.0, "Building bsp")
 
 
 class Builder:
@@ -126,7 +94,10 @@ class Builder:
                 self.corners, self.shell, self.work,
             )  # fmt: skip
             seconds = time.perf_counter() - begin
-            self.meter.check(self.root, int(self.lists.used[LISTED]), float(self.tree.done[0]))
+            self.meter.check(
+                self.root, int(self.lists.used[LISTED]), int(self.tree.used[0]),
+                float(self.tree.done[0]),
+            )  # fmt: skip
             if reports:
                 self.meter.report()
             if status in (DONE, ASIDE):
@@ -134,7 +105,7 @@ class Builder:
             if status == PAUSED:
                 self.work = 2 * self.work if seconds < SLICE else max(self.work // 2, 1)
                 continue
-            most, order = self.meter.most, self.limits.order
+            most, order = self.meter.most_references, self.limits.order
             self.tree, self.lists = with_room(self.tree, self.lists, status, most, order)
 
     def hand_out(self) -> tuple[int, Builder]:
@@ -204,12 +175,14 @@ def grow_tree(
     """
     n = len(triangles.ids)
     order = limits.order
-    in_order = limits.budget < NO_BUDGET or order == PRIORITY
+    in_order = follows_order(limits)
     if not in_order:
-        limits = limits._replace(order=DEPTH_FIRST, aside=0 if n <= SUBTREE else SUBTREE)
+        limits = in_any_order(limits, n, SUBTREE)
     tree, lists = start(triangles, box, limits.order)
     rows = limits.max_depth + 1 if limits.order == DEPTH_FIRST else 3
-    meter = Meter(n, progress)
+    meter = Meter(
+        "bsp", n, progress, max(MOST_REFERENCES, 16 * n), MOST_NUMBERS, lambda done: min(done, 1.0)
+    )
     meter.report()
     top = Builder(
         rule, limits, (tree, lists, make_polyhedra(rows, box)), triangles.corners, shell, meter

@@ -27,7 +27,7 @@ from ...scene import Scene
 from ...settings import setting
 from ..cells import Cells, planes_across, rectangles, when_divided
 from ..contract import intersection_cost, traversal_cost
-from ..subdivision.frontier import DEPTH_FIRST, ORDERS, budget_setting, order_setting
+from ..subdivision.frontier import NO_BUDGET, ORDERS, budget_setting, order_setting
 from ..subdivision.settings import (
     depth_limit,
     depth_setting,
@@ -41,8 +41,8 @@ from ..subdivision.settings import (
     walk_setting,
 )
 from ..subdivision.structure import Subdivision, Topology, padded_box
-from ..subdivision.subtrees import Limits, build_with_threads
-from .builder import Builder, Meter
+from ..subdivision.subtrees import Limits, build_with_threads, follows_order, in_any_order
+from .builder import Builder, meter_of
 from .sah import SweepPlanes, start_sweep
 from .static import RULES, StaticPlanes, start_static
 from .storage import KdTreeArrays, breadth_first_steps, store, topology_of
@@ -131,16 +131,16 @@ def build_tree(
     count = len(triangles.ids)
     progress.report(0.0, 1.0, "Building kdtree")
     boxes = boxes_of(triangles.corners)
-    in_order = settings.budget > 0 or settings.order == "priority"
     references = most_references(settings.duplication, settings.max_depth, count, DUPLICATION)
     if settings.planes == "sah" and settings.duplication < 0.0:
         references = max(references, FEW)
     limits = Limits(
-        depth_limit(settings.max_depth, count), settings.max_leaf_size, settings.budget or 2**62,
-        references,
-        ORDERS[settings.order] if in_order else DEPTH_FIRST,
-        0 if in_order or count <= SUBTREE else SUBTREE,
+        depth_limit(settings.max_depth, count), settings.max_leaf_size,
+        settings.budget or NO_BUDGET, references, ORDERS[settings.order], 0,
     )  # fmt: skip
+    in_order = follows_order(limits)
+    if not in_order:
+        limits = in_any_order(limits, count, SUBTREE)
     whole = np.append(cell, 1.0)
     planes: Any
     if settings.planes == "sah":
@@ -149,7 +149,7 @@ def build_tree(
     else:
         planes = StaticPlanes(RULES[settings.planes])
         memory = start_static(boxes, whole, limits)
-    meter = Meter(count, progress)
+    meter = meter_of(count, progress)
     meter.report()
     top = Builder(planes, limits, memory, triangles.corners, meter)
     pieces = build_with_threads(top, meter, threads)

@@ -12,14 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
 from ...geometry.box import area_of
 from ...geometry.clip import divide_reference
 from ...kernels import call, dispatched, kernel
 from ...memory import MOST_NUMBERS
-from ...progress import Cancelled, Progress
+from ...progress import Progress
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, drop, is_empty, peek, put
-from ..subdivision.subtrees import ASIDE, DONE, PAUSED, SMALL, Limits
+from ..subdivision.subtrees import ASIDE, DONE, PAUSED, SMALL, Limits, Meter
 from .storage import Piece
 from .work import (
     AXIS,
@@ -202,47 +201,20 @@ ALLOWANCE = 5_000_000
 """Most room that one kernel call uses up, in some 20 ms."""
 
 
-class Meter:
-    """Adds up what several builders have done, reports it, and refuses what grows too large."""
+def meter_of(total: int, progress: Progress) -> Meter:
+    """Return what adds up the builders of a tree over `total` triangles.
 
-    def __init__(self, total: int, progress: Progress) -> None:
-        self.total = total
-        self.most = max(MOST_REFERENCES, 16 * total)
-        self.most_nodes = min(max(MOST_NODES, 32 * total), MOST_LINKS)
-        self.progress = progress
-        self.listed: dict[int, int] = {}
-        self.nodes: dict[int, int] = {}
-        self.stopped = False
-
-    def check(self, builder: int, listed: int, nodes: int) -> None:
-        """Note how many references a builder, named by its root, has listed, and its nodes.
-
-        Raises
-        ------
-        InputError
-            If the tree gets too large.
-        Cancelled
-            If another builder has failed meanwhile.
-        """
-        self.listed[builder], self.nodes[builder] = listed, nodes
-        for counts, most, what in (
-            (self.listed, self.most, "references to"), (self.nodes, self.most_nodes, "nodes over"),
-        ):  # fmt: skip
-            if sum(tuple(counts.values())) > most:
-                raise InputError(
-                    f"the kdtree has more than {most} {what} {self.total} triangles; "
-                    "lower max_depth, raise max_leaf_size or set a budget or duplication"
-                )
-        if self.stopped:
-            raise Cancelled
-
-    def report(self) -> None:
-        """Report progress: half way with two references for each triangle.
-
-        How many there will be is not known before.
-        """
-        listed = sum(tuple(self.listed.values()))
-        self.progress.report(listed / (listed + 2 * self.total), 1.0, "Building kdtree")
+    Half of it is done with two references for each triangle: how many there will be is not known
+    before.
+    """
+    return Meter(
+        "kdtree",
+        total,
+        progress,
+        max(MOST_REFERENCES, 16 * total),
+        min(max(MOST_NODES, 32 * total), MOST_LINKS),
+        lambda listed: listed / (listed + 2 * total),
+    )
 
 
 class Builder:
@@ -299,7 +271,7 @@ class Builder:
                 min(allowance, max(ALLOWANCE, room)),
             )  # fmt: skip
             n_nodes, n_listed = self.work.state[[N_NODES, N_LISTED]].tolist()
-            self.meter.check(self.root, n_listed, n_nodes)
+            self.meter.check(self.root, n_listed, n_nodes, n_listed)
             if result != PAUSED:
                 return result
             if reports:

@@ -21,6 +21,7 @@ from ...geometry.clip import POLYGON_SIZE
 from ...kernels import kernel
 from ...memory import refuse_if_too_large
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, enlarged, make_frontier
+from ..subdivision.settings import ADVICE
 from ..subdivision.subtrees import Limits
 
 LEAF = 3
@@ -200,7 +201,7 @@ def with_room(
         row_bytes = sum(getattr(work, name)[:1].nbytes for name in names)
         refuse_if_too_large(
             length * row_bytes, f"a kdtree over {total} triangles",
-            "lower max_depth, raise max_leaf_size or set a budget or duplication",
+            ADVICE,
         )  # fmt: skip
         for name in names:
             old = getattr(work, name)

@@ -33,7 +33,7 @@ from ...scene import Scene
 from ...settings import setting
 from ..cells import Cells, planes_across, rectangles, when_divided
 from ..contract import intersection_cost, traversal_cost
-from ..subdivision.frontier import ORDERS, budget_setting, order_setting
+from ..subdivision.frontier import NO_BUDGET, ORDERS, budget_setting, order_setting
 from ..subdivision.settings import (
     depth_limit,
     duplication_setting,
@@ -166,7 +166,7 @@ class Octree(Subdivision):
         rule = Rule(
             levels_for(settings, len(scene)),
             settings.max_leaf_size,
-            settings.budget or 2**31 - 1,
+            settings.budget or NO_BUDGET,
             ORDERS[settings.order],
             most_references(settings.duplication, settings.max_depth, len(scene), DUPLICATION),
             PLACEMENTS[settings.planes],

@@ -27,11 +27,10 @@ from ..subdivision.frontier import (
     peek,
     put,
 )
+from ..subdivision.settings import ADVICE
 from .assignment import octant_box, octants_of
 from .planes import choose_plane
 from .storage import BuiltTree
-
-ADVICE = "lower max_depth, raise max_leaf_size or set a budget or duplication"
 
 NODES_PER_TRIANGLE, MOST_NODES = 16, 1 << 23
 REFERENCES_PER_TRIANGLE, MOST_REFERENCES = 64, 1 << 25
@@ -251,16 +250,15 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
         seconds = time.perf_counter() - start
         if status == NEEDS_NODES:
             most = min(max(NODES_PER_TRIANGLE * n, MOST_NODES), MOST_NUMBERS // 2)
-            refuse_if_too_many(len(tree.first), most, most, "nodes")
+            refuse_if_too_many(len(tree.first), most, "nodes")
             tree = with_room(tree, 2 * len(tree.first), len(tree.arena))
         elif status == NEEDS_ARENA:
             before = int(tree.used[1])
             sweep(tree)
             # Sweeping pays if it frees a good part, and there is room for the next list.
             if tree.used[1] > before // 2 or len(tree.arena) - tree.used[1] < 8 * n:
-                refuse_if_too_many(
-                    len(tree.arena), REFERENCES_PER_TRIANGLE * n, MOST_REFERENCES, "references"
-                )
+                most = max(REFERENCES_PER_TRIANGLE * n, MOST_REFERENCES)
+                refuse_if_too_many(len(tree.arena), most, "references")
                 tree = with_room(tree, len(tree.first), 2 * len(tree.arena))
         elif seconds < SLICE:
             work *= 2
@@ -270,10 +268,10 @@ def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
     return tree
 
 
-def refuse_if_too_many(count: int, limit: int, least: int, what: str) -> None:
-    """Raise InputError where `count` nodes or references are as many as are handled."""
-    if count >= max(limit, least):
-        raise InputError(f"the octree gets more than {max(limit, least)} {what}; {ADVICE}")
+def refuse_if_too_many(room: int, most: int, what: str) -> None:
+    """Raise InputError where all the room there may be, for `most` of a kind, has been taken."""
+    if room >= most:
+        raise InputError(f"the octree gets more than {most} {what}; {ADVICE}")
 
 
 def with_room(

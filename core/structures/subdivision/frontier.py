@@ -23,10 +23,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...kernels import dispatched, implements, inner
+from ...memory import MOST_NUMBERS
 from ...settings import GIVEN, setting
 
 DEPTH_FIRST, FIFO, PRIORITY = range(3)
 ORDERS = {"depth_first": DEPTH_FIRST, "fifo": FIFO, "priority": PRIORITY}
+
+NO_BUDGET = MOST_NUMBERS
+"""A budget that stands for any number of nodes: there are no more numbers for them."""
 
 
 def budget_setting() -> Any:
@@ -37,7 +41,7 @@ def budget_setting() -> Any:
         "Number of cells, inner ones included, at which building ends; 0 sets no limit",
         unit="cells",
         minimum=0,
-        maximum=2**31 - 1,
+        maximum=NO_BUDGET,
     )
 
 

@@ -6,7 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ...memory import MOST_NUMBERS
 from ...settings import setting
+
+ADVICE = "lower max_depth, raise max_leaf_size or set a budget or duplication"
+"""What helps where a tree gets too large."""
 
 WALK_TEXTS = {
     "march": "From the root, for every leaf (Glassner)",
@@ -111,7 +115,7 @@ def leaf_size_setting(default: int) -> Any:
         "A cell with at most these M triangles is not cut",
         unit="triangles",
         minimum=0,
-        maximum=2**31 - 1,
+        maximum=MOST_NUMBERS,
     )
 
 

@@ -7,10 +7,15 @@ are, since a split depends on its cell alone.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any, NamedTuple, Protocol
 
+from ...errors import InputError
 from ...parallel import core_count
+from ...progress import Cancelled, Progress
+from .frontier import DEPTH_FIRST, NO_BUDGET, PRIORITY
+from .settings import ADVICE
 
 DONE, PAUSED, ASIDE = range(3)
 """What a builder ends with: the tree is complete, there is more to do, a cell is to be put
@@ -30,7 +35,7 @@ class Limits(NamedTuple):
     ----------
     max_depth, max_leaf_size : int
     budget : int
-        Most nodes of the tree.
+        Most nodes of the tree; NO_BUDGET for any number.
     references : float
         Most references of the tree, inf for any number.
     order : int
@@ -48,13 +53,93 @@ class Limits(NamedTuple):
     aside: int
 
 
-class Meter(Protocol):
-    """What adds up the work of all builders."""
+def follows_order(limits: Limits) -> bool:
+    """Say whether it makes a difference in which order cells are split.
 
-    stopped: bool
+    Without a budget every order gives the same tree, since a split depends on its cell alone. The
+    priority queue is followed even so: nothing else tells in which order it splits.
+    """
+    return limits.budget < NO_BUDGET or limits.order == PRIORITY
+
+
+def in_any_order(limits: Limits, count: int, subtree: int) -> Limits:
+    """Return the limits of a tree for which the order makes no difference.
+
+    Depth-first needs least memory, and large subtrees can be left to threads.
+
+    Parameters
+    ----------
+    count : int
+        References of the root.
+    subtree : int
+        References up to which a subtree is built by one thread.
+    """
+    return limits._replace(order=DEPTH_FIRST, aside=subtree if count > subtree else 0)
+
+
+class Meter:
+    """Adds up what all builders of a tree have done, reports it, and refuses what gets too large.
+
+    Parameters
+    ----------
+    name : str
+        Of the structure.
+    total : int
+        Triangles of the scene.
+    most_references, most_nodes : int
+        The tree is refused where it has more of them.
+    share : callable
+        Returns the share of the tree that is done, from 0 to 1, for the sum of what the builders
+        say they have done.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        total: int,
+        progress: Progress,
+        most_references: int,
+        most_nodes: int,
+        share: Callable[[float], float],
+    ) -> None:
+        self.name, self.total, self.progress, self.share = name, total, progress, share
+        self.most_references, self.most_nodes = most_references, most_nodes
+        self.references: dict[int, int] = {}
+        self.nodes: dict[int, int] = {}
+        self.done: dict[int, float] = {}
+        self.stopped = False
+
+    def check(self, builder: int, references: int, nodes: int, done: float) -> None:
+        """Note how much a builder, named by its root, has listed, made and done.
+
+        Raises
+        ------
+        InputError
+            If the tree gets too large.
+        Cancelled
+            If another builder has failed meanwhile.
+        """
+        self.references[builder], self.nodes[builder] = references, nodes
+        self.done[builder] = done
+        for counts, most, what in (
+            (self.references, self.most_references, "references to"),
+            (self.nodes, self.most_nodes, "nodes over"),
+        ):
+            if _sum(counts) > most:
+                raise InputError(
+                    f"the {self.name} has more than {most} {what} {self.total} triangles; {ADVICE}"
+                )
+        if self.stopped:
+            raise Cancelled
 
     def report(self) -> None:
-        """Report progress; raises Cancelled."""
+        """Report the share of the tree that is done; raises Cancelled."""
+        self.progress.report(self.share(_sum(self.done)), 1.0, f"Building {self.name}")
+
+
+def _sum(counts: dict[int, Any]) -> Any:
+    """Return the sum over all builders, others of which may enter theirs meanwhile."""
+    return sum(tuple(counts.values()))
 
 
 class Builder(Protocol):
