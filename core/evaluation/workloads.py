@@ -19,9 +19,8 @@ from ..memory import refuse_if_too_large
 from ..scene import ORTHOGRAPHIC, Camera, Scene
 from ..settings import setting
 from .cameras import camera_rays, framing_camera
+from .ray_files import BYTES_PER_RAY, headers_of, read_rays
 from .shadow_rays import with_shadow_rays
-
-BYTES_PER_RAY = 520  # ray, hit, counters, and the temporaries of making them
 
 
 class Workload(ABC):
@@ -274,48 +273,26 @@ class FileWorkload(Workload):
 
     @staticmethod
     def refuse_impossible(settings: FileSettings) -> None:
-        """Refuse a file that has no rays."""
-        read_rays(settings)
+        """Refuse a file that has no rays, by what it says of its arrays."""
+        headers_of(path_of(settings))
 
     @staticmethod
     def make(scene: Scene, settings: FileSettings) -> Rays:
         """Read the rays; they are the same for every scene."""
-        return read_rays(settings)
+        return read_rays(path_of(settings))
 
 
-def read_rays(settings: FileSettings) -> Rays:
-    """Return the rays of an .npz file.
+def path_of(settings: FileSettings) -> Path:
+    """Return the path of a file of rays.
 
     Raises
     ------
     InputError
-        If there is none, or it is broken.
+        If none is given.
     """
     if not settings.path:
         raise InputError("rays from a file need its path, that of an .npz file")
-    path = Path(settings.path).expanduser()
-    if not path.is_file():
-        raise InputError(f"there is no file {path}")
-    try:
-        with np.load(path) as arrays:
-            found = {name: arrays[name] for name in arrays.files}
-    except MemoryError as error:
-        raise InputError(f"{path} does not fit into memory: {error}") from None
-    except Exception as error:
-        # NumPy, zipfile, zlib and tokenize raise a dozen different things on a broken file.
-        raise InputError(
-            f"{path} cannot be read as .npz: {type(error).__name__}: {error}"
-        ) from error
-    missing = {"origins", "directions"} - set(found)
-    if missing:
-        raise InputError(f"{path} has no array named {', '.join(sorted(missing))}")
-    try:
-        return Rays.from_arrays(
-            found["origins"], found["directions"], found.get("t_max", np.inf),
-            class_names=("file",),
-        )  # fmt: skip
-    except (InputError, ValueError, TypeError) as error:
-        raise InputError(f"{path}: {error}") from None
+    return Path(settings.path).expanduser()
 
 
 WORKLOADS: dict[str, type[Workload]] = {
