@@ -40,7 +40,7 @@ from ..structures.line_sample import (
 )
 from .efficiency_settings import EfficiencySettings
 from .environment import environment
-from .experiment import refuse_not_finite
+from .experiment import describe_scene, refuse_not_finite
 from .report import Record, aligned, failure, show_number
 from .timing import time_of_object, time_of_volume
 
@@ -64,18 +64,6 @@ def verdict(B: float, I: float, p: float) -> dict[str, Any]:  # noqa: E741  the 
         "break_even": 1.0 - B / I,
         "speed_up": I / (B + p * I),
     }
-
-
-def efficiency_of(
-    scene: Scene,
-    kinds: Sequence[str],
-    settings: EfficiencySettings,
-    directions: Mapping[str, Sequence[float]] | None = None,
-    progress: Progress = SILENT,
-) -> list[Record]:
-    """Measure volumes of some kinds around all of a scene, as one object; return their records."""
-    measurement = Measurement(scene, settings, directions, progress)
-    return [measurement.of(kind) for kind in kinds]
 
 
 class Measurement:
@@ -113,17 +101,12 @@ class Measurement:
         self.I = time_of_object(self.triangles, self.rays.arrays())
 
     def what(self, kind: str) -> Record:
-        """Return the part of a record that says what is measured."""
-        scene = self.scene
+        """Return the part of a record that says what is measured, and where."""
         return {
-            "scene": {
-                "name": scene.name,
-                "source": scene.source,
-                "triangles": len(scene),
-                "notes": list(scene.notes),
-            },
+            "scene": describe_scene(self.scene),
             "volume": kind,
             "settings": to_json(self.settings),
+            "environment": environment(1),
         }
 
     def of(self, kind: str) -> Record:
@@ -178,7 +161,6 @@ class Measurement:
             "B_ns": B,
             "I_ns": I,
             **verdict(B, I, p),
-            "environment": environment(1),
         }
         refuse_not_finite(record)
         return record

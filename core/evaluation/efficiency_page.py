@@ -26,7 +26,7 @@ def write_page(folder: Path, scene: Scene, records: Sequence[Record]) -> None:
     Parameters
     ----------
     records : sequence of dict
-        As :func:`.efficiency.efficiency_of` returns them; of failed ones only the reason is shown.
+        As :meth:`.efficiency.Measurement.of` returns them; of failed ones only the reason is shown.
     """
     kinds = [record["volume"] for record in records if "error" not in record]
     exhibit = volume_efficiency(BVH.build(scene, BVH.Settings()), kinds)

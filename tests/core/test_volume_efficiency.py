@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from accelscope.core.evaluation.efficiency import (
     EfficiencySettings,
-    efficiency_of,
+    Measurement,
     table,
     verdict,
 )
@@ -59,7 +59,8 @@ TETRA_P = {
 def test_tetrahedron(lab, build):
     """Area ratios in closed form, and lines against them: it is convex."""
     scene = lab.make_sample("tetra:depth=1")
-    records = {r["volume"]: r for r in efficiency_of(scene, list(KINDS), SETTINGS)}
+    measurement = Measurement(scene, SETTINGS)
+    records = {kind: measurement.of(kind) for kind in KINDS}
     for kind, p in TETRA_P.items():
         assert records[kind]["p_SA"] == pytest.approx(p, abs=1e-9)
     for record in records.values():
@@ -106,7 +107,8 @@ def test_times_are_positive_and_grow_with_the_object(lab):
 
 def test_records_and_table(lab):
     scene = lab.small_scene("bunny")
-    records = efficiency_of(scene, ["aabb", "obb"], SETTINGS, {"1x1x0": (1, 1, 0)})
+    measurement = Measurement(scene, SETTINGS, {"1x1x0": (1, 1, 0)})
+    records = [measurement.of(kind) for kind in ("aabb", "obb")]
     assert [record["volume"] for record in records] == ["aabb", "obb"]
     for record in records:
         assert record["p_measured"] < record["p_SA"] < 1.0  # it is not convex

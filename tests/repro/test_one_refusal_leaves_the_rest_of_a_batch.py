@@ -172,7 +172,7 @@ def test_a_kind_of_volume_that_is_refused(run, obj, monkeypatch, tmp_path):
     assert "accelscope: error: sphere: no spheres today" in outcome.err.splitlines()
     records = json.loads((tmp_path / "a.json").read_text())["records"]
     assert [r["volume"] for r in records] == ["aabb", "sphere", "obb"]
-    assert set(records[1]) == {"scene", "volume", "settings", "error"}
+    assert set(records[1]) == {"scene", "volume", "settings", "environment", "error"}
     assert outcome.out.splitlines()[3].split(None, 1) == ["sphere", "failed: no spheres today"]
     assert "failed: no spheres today" in (tmp_path / "p" / "index.html").read_text()
 

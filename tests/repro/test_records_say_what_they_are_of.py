@@ -101,8 +101,37 @@ def test_all_of_it_stands_in_the_csv(evaluate, tmp_path):
     assert row["environment.accelscope"] == "0.1.0"
 
 
-def test_efficiency_and_animations_carry_it_too(run, tmp_path):
-    outcome = run("efficiency", "sample:tetra:depth=3", "--volume", "aabb", "--lines", 1000,
-                  "--json", "-")  # fmt: skip
-    assert outcome.code == 0
-    assert set(outcome.records[0]["environment"]) == KEYS
+SCENE_KEYS = {"name", "source", "triangles", "dropped_triangles", "bounds", "notes", "lights"}
+
+
+def test_efficiency_carries_it_too(run, obj, monkeypatch):
+    from accelscope.core.errors import InputError
+    from accelscope.core.evaluation import efficiency
+
+    def refuse(record):
+        if record["volume"] == "sphere":
+            raise InputError("no spheres today")
+
+    monkeypatch.setattr(efficiency, "refuse_not_finite", refuse)
+    outcome = run("efficiency", obj(), "--volume", "aabb", "sphere", "--lines", 500, "--json", "-",
+                  "--quiet")  # fmt: skip
+    assert outcome.code == 1
+    assert ["error" in record for record in outcome.records] == [False, True]
+    for record in outcome.records:
+        assert set(record["environment"]) == KEYS
+        assert record["environment"]["threads"] == 1
+        assert set(record["scene"]) == SCENE_KEYS
+
+
+def test_animations_carry_it_too(run, obj, five):
+    frames = [obj(five, "0.obj"), obj(five[:3], "1.obj"), obj(five + 1.0, "2.obj"), "3.obj"]
+    outcome = run("animate", *frames, "--rays", "random_lines:count=9", "--threads", 2, "--json",
+                  "-", "--quiet")  # fmt: skip
+    assert outcome.code == 1
+    failed = [False, False, True, True, False, False, True, True]
+    assert ["error" in record for record in outcome.records] == failed
+    for record in outcome.records:
+        assert set(record["environment"]) == KEYS
+        assert record["environment"]["threads"] == (None if "error" in record else 2)
+    for record in outcome.records[:6]:
+        assert set(record["scene"]) == SCENE_KEYS
