@@ -233,7 +233,10 @@ def _unused_for_a_month(directory: Path) -> bool:
 
 @contextlib.contextmanager
 def announcing(progress: Progress, what: str) -> Iterator[None]:
-    """Announce a compilation that becomes necessary within the block; otherwise say nothing.
+    """Announce the first compilation that begins while the block runs; otherwise say nothing.
+
+    It may be any thread's of this process, also one that has nothing to do with the block: Numba
+    has one list of listeners. So `what` is a guess where several things are done at once.
 
     Numba itself tells, at the moment it begins: whether a kernel is in the cache depends on the
     types it is called with, so nothing that is written down beforehand would always be true.

@@ -67,10 +67,13 @@ class Comparison:
     def add(self, number: int, scene: Scene) -> None:
         """Compare refit and rebuild in one more frame; the first one gives the tree.
 
+        Whatever is raised, nothing is added then.
+
         Raises
         ------
         InputError
-            If the frame has other triangles than the first; nothing is added then.
+            If the frame has other triangles than the first, or if its tree cannot be built, its
+            rays cannot be made, or a figure of its record is no number.
         Cancelled
             From the progress.
         """

@@ -42,7 +42,7 @@ def levels(bvh: BVH) -> Exhibit:
         shown = np.flatnonzero(on_level | above)
         progress.report(0, 1, "Choosing volumes")
         best_first = shown[np.lexsort((-areas[shown], ~on_level[shown]))]
-        places, wires = as_many_as_possible(cells, best_first, progress)
+        places, wires = first_that_fit(cells, best_first, progress)
         bright = on_level[wires.edge_owners()]
         colours = np.empty((len(bright), 4))
         colours[~bright] = *INNER_COLOUR, FAINT
@@ -71,11 +71,14 @@ def levels(bvh: BVH) -> Exhibit:
     )
 
 
-def as_many_as_possible(
+def first_that_fit(
     cells: Cells, best_first: np.ndarray, progress: Progress
 ) -> tuple[np.ndarray, Wires]:
-    """Return those of some cells that one frame can show, ascending, and their edges."""
-    # None has fewer than six edges.
+    """Return places, ascending, and edges of the first of some cells, up to a frame's limit.
+
+    No more are looked at than would fit with six edges each, as a tetrahedron has: of flat cells,
+    which have fewer, there may be room for more than are returned.
+    """
     places = np.sort(best_first[: MOST_SEGMENTS // 6])
     wires = wires_of(cells, places, progress)
     counts = np.bincount(wires.edge_owners(), minlength=len(cells))[best_first[: len(places)]]
