@@ -4,8 +4,8 @@ The keyword may be left out, and may say more: ``[ST][C][N][4][n]OFF`` for textu
 colours, normals, a fourth homogeneous coordinate, a number of dimensions. What stands behind a
 vertex's coordinates, and behind a face's corners, is of no use here.
 
-Not read by trimesh: it sorts faces by their number of corners, cuts concave polygons as fans, and
-refuses headers such as "OFF6 2 0".
+Not read by trimesh: it sorts faces by their number of corners, gives the two triangles of a quad
+numbers far apart, and cuts concave polygons as fans.
 
 Geomview manual, "OFF: Object File Format", The Geometry Center, 1998.
 """

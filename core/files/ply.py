@@ -3,8 +3,8 @@
 Taken are the elements ``vertex`` (properties x, y and z), ``face`` (the list ``vertex_indices``, or
 ``vertex_index``) and ``tristrips``, where -1 in the list begins another strip.
 
-Not read by trimesh: it sorts faces by their number of corners, cuts concave polygons as fans, and
-knows no strips.
+Not read by trimesh: it sorts faces by their number of corners, gives the two triangles of a quad
+numbers far apart, cuts concave polygons as fans, and knows no strips.
 
 G. Turk: The PLY Polygon File Format, in the PLY tools of the Georgia Institute of Technology, 1998.
 """
