@@ -22,7 +22,10 @@ from ..core.settings import describe, only_for_in_words
 from . import command_animate, command_efficiency, command_evaluate
 from .command_arguments import SPECS, Parser
 from .command_output import NOTHING, CannotPrint, complain, print_result
-from .standard_streams import own_standard_error, own_standard_output
+from .standard_streams import is_standard_output, own_standard_error, own_standard_output
+
+OUTPUTS = "json", "csv", "hits"
+"""Options that name a file to write."""
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -78,10 +81,16 @@ def main(
             arguments = make_parser().parse_args(argv)
             if arguments.quiet:
                 stack.enter_context(own_standard_error(until_exit=until_exit))
+            outputs = [
+                name for name in OUTPUTS if is_standard_output(getattr(arguments, name, None))
+            ]
             others_to = None if arguments.quiet else 2
             output = arguments.standard_output = stack.enter_context(
                 own_standard_output(others_to=others_to, until_exit=until_exit)
             )
+            # By its own name, standard output is where others print now.
+            for name in outputs:
+                setattr(arguments, name, "-" if name == "json" else f"/dev/fd/{output.fileno()}")
             stack.enter_context(stopped_by_signals())
             return arguments.run(arguments, open_file)
         except SystemExit as stop:  # argparse has printed the help

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import sys
 import time
 import traceback
@@ -18,7 +19,7 @@ from typing import Any, Self
 from ..core.errors import InputError, reason_of
 from ..core.progress import SILENT, Progress, TerminalProgress
 from ..core.scene import Scene
-from ..core.writing import refuse_unwritable
+from ..core.writing import is_special, refuse_unwritable
 
 SOME_MISSING, NOTHING = 1, 2
 """Exit codes: something was measured and something was not, and nothing was."""
@@ -155,7 +156,7 @@ class Results:
         started = time.monotonic()
         if not self.measured or self._writing > WRITING * (started - self._started):
             return
-        for write in self._files():
+        for write in self._files(so_far=True):
             # What cannot be written now is tried again, and complained of, at the end.
             with contextlib.suppress(InputError, MemoryError):
                 write()
@@ -203,16 +204,21 @@ class Results:
         self._write()
         return stopped
 
-    def _files(self) -> list[Callable[[], None]]:
-        """Return what writes each of the files that were asked for."""
+    def _files(self, so_far: bool = False) -> list[Callable[[], None]]:
+        """Return what writes each of the files that were asked for.
+
+        Parameters
+        ----------
+        so_far : bool
+            Whether more will follow: then not to a pipe, which takes back nothing.
+        """
         from ..core.evaluation.report import write_csv, write_json
 
         options, records = self._arguments, self.records
         wanted: list[Callable[[], None]] = []
-        if options.json and options.json != "-":
-            wanted.append(lambda: write_json(options.json, records))
-        if options.csv:
-            wanted.append(lambda: write_csv(options.csv, records))
+        for path, write in ((options.json, write_json), (options.csv, write_csv)):
+            if path and path != "-" and not (so_far and is_special(path)):
+                wanted.append(functools.partial(write, path, records))
         if self.write_page and options.pictures:
             wanted.append(self.write_page)
         return wanted

@@ -59,6 +59,17 @@ def descriptor_of(stream: TextIO) -> int | None:
         return None
 
 
+def is_standard_output(path: str | None) -> bool:
+    """Say whether a path leads to where standard output goes, as ``/dev/stdout`` does."""
+    descriptor = descriptor_of(sys.stdout)
+    if not isinstance(path, str) or descriptor is None:
+        return False
+    try:
+        return os.path.samestat(os.stat(path), os.fstat(descriptor))
+    except (OSError, ValueError):  # there is nothing, or no such name can be
+        return False
+
+
 def stream_to_copy_of(descriptor: int) -> TextIO:
     """Return a stream to where a descriptor points now."""
     copy = os.dup(descriptor)

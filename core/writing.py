@@ -28,7 +28,7 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
         If the place cannot be written to.
     """
     with _complaining(path):
-        if not _can_be_replaced(Path(path)):
+        if is_special(path):
             with open(path, "wb") as file:
                 yield file
             return
@@ -68,7 +68,7 @@ def refuse_unwritable(path: str | Path) -> None:
         If the place cannot be written to.
     """
     with _complaining(path):
-        if _can_be_replaced(Path(path)):
+        if not is_special(path):
             beside = _beside(_prepared(path))
             beside.open("xb").close()
             beside.unlink()
@@ -86,34 +86,35 @@ def _complaining(path: str | Path) -> Iterator[None]:
 
 
 def _prepared(path: str | Path) -> Path:
-    """Return where `path` leads, its folder made."""
-    target = Path(os.path.realpath(path))
-    target.parent.mkdir(parents=True, exist_ok=True)
-    return target
-
-
-def _can_be_replaced(path: Path) -> bool:
-    """Say whether another file can take the place of `path`: that of a file, or of nothing.
-
-    A device or a pipe cannot be replaced; nor can a file that is open, but has been deleted.
+    """Return where `path` leads, its folder made.
 
     Raises
     ------
     OSError
-        If it is a folder, or a name that cannot be.
+        If it is a folder, or its own cannot be made.
+    """
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "it is a folder")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    return target
+
+
+def is_special(path: str | Path) -> bool:
+    """Say whether no other file can take the place of `path`: that of a device, or of a pipe.
+
+    Nor can it that of a file that is open, but has been deleted.
     """
     try:
         # What is there is asked by the name as given: a link in /proc to a pipe says where it
         # leads in words that are no name of a file.
-        there = path.stat()
-    except FileNotFoundError:
-        return True
-    if stat.S_ISDIR(there.st_mode):
-        raise IsADirectoryError(errno.EISDIR, "it is a folder")
-    if not stat.S_ISREG(there.st_mode):
+        there = os.stat(path)
+    except OSError:
         return False
-    real = Path(os.path.realpath(path))
-    return real.exists() and os.path.samestat(real.stat(), there)
+    if not stat.S_ISREG(there.st_mode):
+        return not stat.S_ISDIR(there.st_mode)
+    real = os.path.realpath(path)
+    return not (os.path.exists(real) and os.path.samestat(os.stat(real), there))
 
 
 def _beside(target: Path) -> Path:
