@@ -179,9 +179,10 @@ def test_bake_makes_an_object(bpy: Any, traced: Any) -> None:
 
 
 def test_nothing_can_be_done_before_there_is_something(bpy: Any) -> None:
-    for name in ("build", "trace", "step_ray", "bake", "export", "clear", "cancel"):
-        assert not getattr(bpy.ops.accelscope, name).poll(), name
-    assert bpy.ops.accelscope.add_sample_scene.poll()
+    possible = {
+        verb for verb in dir(bpy.ops.accelscope) if getattr(bpy.ops.accelscope, verb).poll()
+    }
+    assert possible == {"add_sample_scene"}
 
 
 def test_error_leaves_the_previous_result(bpy: Any, traced: Any, root: Any, current: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import subprocess
 import sys
 from pathlib import Path
@@ -70,10 +71,16 @@ def test_in_a_process_of_its_own(code: str, last: str, tmp_path: Path) -> None:
 
 
 def test_panels_and_operators_are_found(bpy: Any) -> None:
-    operators = {"build", "trace", "step_ray", "bake", "export", "add_sample_scene", "clear"}
-    assert operators <= set(dir(bpy.ops.accelscope))
-    panels = {name for name in dir(bpy.types) if name.startswith("VIEW3D_PT_accelscope")}
-    assert len(panels) >= 5
+    from accelscope import operators, panels
+
+    verbs = {module.name for module in pkgutil.iter_modules(operators.__path__)}
+    assert len(verbs) >= 14
+    assert set(dir(bpy.ops.accelscope)) == verbs
+    topics = {module.name for module in pkgutil.iter_modules(panels.__path__)} - {"base"}
+    prefix = "VIEW3D_PT_accelscope_"
+    shown = {name.removeprefix(prefix) for name in dir(bpy.types) if name.startswith(prefix)}
+    assert len(topics) >= 7
+    assert topics <= shown
 
 
 def test_every_class_follows_blenders_naming(bpy: Any) -> None:

@@ -283,6 +283,19 @@ SHARE = 4
 """In a normal run a test of settings and something else takes every so many combinations."""
 
 
+def takes_part(variant, partner, partners):
+    """Say whether settings go with something else in a normal run.
+
+    Parameters
+    ----------
+    variant, partner : int
+        Which settings, and which of those that they could go with.
+    partners : int
+        How many those are; of fewer than SHARE, every variant has one nevertheless.
+    """
+    return (variant + partner) % min(SHARE, partners) == 0
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Mark most of the combinations of settings with scenes, samples or queries as exhaustive.
@@ -290,13 +303,21 @@ def pytest_collection_modifyitems(items):
     The defaults of every structure go with everything; all other settings take turns, each with a
     fourth of what there is, and another fourth than their neighbours.
     """
+    tests = {}
     for item in items:
         indices = item.callspec.indices if hasattr(item, "callspec") else {}
         if len(indices) < 2 or "variant" not in indices:
             continue
-        _, text = item.callspec.params["variant"]
-        if text and sum(indices.values()) % SHARE:
-            item.add_marker(pytest.mark.exhaustive)
+        partner = tuple(index for name, index in indices.items() if name != "variant")
+        tests.setdefault(item.nodeid.partition("[")[0], []).append((item, partner))
+    for combinations in tests.values():
+        partners = sorted({partner for _, partner in combinations})
+        number = {partner: place for place, partner in enumerate(partners)}
+        for item, partner in combinations:
+            variant = item.callspec.indices["variant"]
+            _, text = item.callspec.params["variant"]
+            if text and not takes_part(variant, number[partner], len(partners)):
+                item.add_marker(pytest.mark.exhaustive)
 
 
 def pytest_generate_tests(metafunc):

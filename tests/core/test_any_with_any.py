@@ -6,10 +6,11 @@ import itertools
 import pytest
 from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.geometry.rays import CLOSEST
+from accelscope.core.structures.bvh import BVH
 from accelscope.core.structures.bvh.builders import BUILDERS
 from accelscope.core.structures.bvh.optimisers import OPTIMISERS
 
-ARITIES = ("2", "4", "8")
+ARITIES = tuple(BVH.Settings.__dataclass_fields__["arity"].metadata["choices"])
 
 
 def check(lab, build, text, scenes):

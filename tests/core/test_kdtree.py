@@ -2,7 +2,6 @@
 
 import importlib.util
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -309,9 +308,9 @@ def bad_scene(name):
 @pytest.mark.parametrize("text", ["", "max_leaf_size=0", "max_leaf_size=0,max_depth=60"])
 def test_bad_scenes_under_the_heuristic(build, name, text):
     scene = Scene.from_triangles(bad_scene(name), name)
-    start = time.process_time()
     tree = build("kdtree", scene, text)
-    assert time.process_time() - start < 60
+    # It stops by itself.
+    assert len(tree.arrays.tree.references) <= 64 * len(scene) < kdtree.FEW
     assert tree.validate() == []
     trace_like_naive(build, scene, tree)
 

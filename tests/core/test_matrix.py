@@ -47,6 +47,21 @@ OTHER_CHOICES = [
 ]
 """Of the default builder: every volume, arity, axis, ..."""
 
+OTHERS_IN_EVERY_RUN = [
+    next((name, choice) for choice in choices if choice != getattr(BVH.Settings(), name))
+    for name, choices in CHOICES.items()
+    if name not in ("builder", "optimise")
+]
+"""One that is not the default of each."""
+
+
+def exhaustive_but(some, combinations):
+    """Return parameters, of which all but some are marked."""
+    return [
+        pytest.param(*each, marks=[] if each in some else pytest.mark.exhaustive)
+        for each in combinations
+    ]
+
 
 @pytest.fixture(scope="module")
 def scene():
@@ -166,8 +181,7 @@ def test_every_builder_with_every_optimiser(scene, moved, rays, naive, tmp_path,
     check_all_verbs(settings, scene, moved, rays, naive, tmp_path)
 
 
-@pytest.mark.exhaustive
-@pytest.mark.parametrize(("name", "choice"), OTHER_CHOICES)
+@pytest.mark.parametrize(("name", "choice"), exhaustive_but(OTHERS_IN_EVERY_RUN, OTHER_CHOICES))
 def test_every_other_choice(scene, moved, rays, naive, tmp_path, name, choice):
     settings = dataclasses.replace(BVH.Settings(), **{name: choice})
     check_all_verbs(settings, scene, moved, rays, naive, tmp_path)
@@ -176,7 +190,10 @@ def test_every_other_choice(scene, moved, rays, naive, tmp_path, name, choice):
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(("builder", "optimise"), REPRESENTATIVE)
 def test_pictures(scene, rays, moved, tmp_path, builder, optimise):
-    """Of both trees; an exhibit looks the same whatever the optimiser has left."""
+    """Of both trees; an exhibit looks the same whatever the optimiser has left.
+
+    Those of the default tree are part of every run: ``make demo`` makes them of every sample.
+    """
     structure = BVH.build(scene, BVH.Settings(builder=builder, optimise=optimise))
     trees = [structure]
     if structure.parts is None:
@@ -203,3 +220,5 @@ def test_the_matrix_does_not_shrink():
     assert {builder for builder, _ in REPRESENTATIVE} == set(BUILDERS)
     assert {optimise for _, optimise in REPRESENTATIVE} == set(OPTIMISERS)
     assert len(OTHER_CHOICES) >= 8 + 3 + 2 + 2 + 2
+    assert {name for name, _ in OTHERS_IN_EVERY_RUN} == set(CHOICES) - {"builder", "optimise"}
+    assert set(OTHERS_IN_EVERY_RUN) <= set(OTHER_CHOICES)

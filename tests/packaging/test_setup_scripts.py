@@ -152,3 +152,39 @@ def test_missing_system_libraries_are_those_that_ldconfig_does_not_know(tmp_path
     assert done.returncode == 0, done.stderr
     install = asked.read_text(encoding="utf-8").splitlines()[-1]
     assert [word for word in install.split() if word.startswith("lib")] == ["libegl1", "libsm6"]
+
+
+def blender_checkout(folder: Path) -> Path:
+    """Make a checkout whose environments are made at once and whose tests pass."""
+    script = program(folder / ".ci" / "test_blender_all.sh")
+    script.write_text((ROOT / ".ci" / script.name).read_text(encoding="utf-8"), encoding="utf-8")
+    program(folder / ".ci" / "find_python.sh", '[ "$1" != "$MISSING" ]')
+    program(
+        folder / ".ci" / "venv.sh",
+        'mkdir -p "$1/bin"',
+        'printf "#!/bin/sh\\n[ $1 != .venv-blender-$FAILING ]\\n" > "$1/bin/pytest"',
+        'chmod +x "$1/bin/pytest"',
+    )
+    return script
+
+
+@pytest.mark.parametrize(
+    ("missing", "failing", "code", "said"),
+    [
+        ("", "", 0, "left out: none"),
+        ("3.11", "", 1, "left out: 4.5 5.0"),
+        ("3.13", "", 1, "left out: 5.1 5.2"),
+        ("", "5.1", 1, "failed:   5.1"),
+        ("3.11", "5.2", 1, "failed:   5.2"),
+    ],
+)
+def test_a_blender_that_was_not_tested_is_a_failure(
+    tmp_path: Path, missing: str, failing: str, code: int, said: str
+) -> None:
+    script = blender_checkout(tmp_path)
+    environment = {"PATH": "/usr/bin:/bin", "MISSING": missing, "FAILING": failing}
+    done = subprocess.run(
+        [script], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (code, "")
+    assert f"Blender versions {said}\n" in done.stdout

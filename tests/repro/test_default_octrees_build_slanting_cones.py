@@ -9,6 +9,7 @@ import pytest
 from accelscope.core.files import load_mesh_file
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structures
+from accelscope.core.structures.octree import DUPLICATION
 
 RANDOM = "random_lines:count=2000"
 
@@ -58,7 +59,7 @@ def test_the_cone_however_it_is_turned(cases, seed, storage):
 @pytest.mark.parametrize("sides", [3, 32, 1000])
 def test_a_slanting_cylinder(planes, sides):
     tree = build(cylinder(sides, turns(1)[0]), planes=planes)
-    assert tree.statistics().N_OIV / (2 * sides) <= 24
+    assert tree.statistics().N_OIV / (2 * sides) <= DUPLICATION
     assert tree.validate() == []
 
 
@@ -66,7 +67,7 @@ def test_bamboo():
     places = np.random.default_rng(2).random((1500, 1, 1, 3))
     canes = np.stack([cylinder(6, turn) for turn in turns(1500)]) + places
     figures = build(canes.reshape(-1, 3, 3)).statistics()
-    assert figures.N_OIV <= 24 * 18_000
+    assert figures.N_OIV <= DUPLICATION * 18_000
     assert figures.sah < 18_000 / 25
 
 

@@ -11,6 +11,7 @@ import pytest
 from accelscope.core.files import load_mesh_file
 from accelscope.core.settings import parse
 from accelscope.core.structures import structures
+from accelscope.core.structures.octree import DUPLICATION
 
 FAR_CELLS = "bvh:volume=kdop26,arity=4,optimise=reinsert,max_leaf_size=20,C_trav=10"
 SUBNORMAL = "macro_grid:rule=regular,density=0.1,regions=octant"
@@ -59,8 +60,8 @@ def test_the_concave_polygon_has_its_area(cases):
 
 # File, what its one line has to name.
 REFUSED = [
-    ("gltf_unknown_required.gltf", "ACME_geometry_made_of_soup"),
-    ("stl_cut.stl", "stl_cut.stl"),
+    ("gltf_unknown_required.gltf", "it requires ACME_geometry_made_of_soup, which is not"),
+    ("stl_cut.stl", "stl_cut.stl cannot be read: it ends inside the solid that begins in line 10"),
 ]
 
 
@@ -109,7 +110,7 @@ def test_the_rotated_cone_is_an_ordinary_octree(run, cases):
     assert (outcome.code, outcome.err) == (0, "")
     records = {record["structure"]["name"]: record for record in outcome.records}
     assert set(records) == set(structures())
-    assert records["octree"]["statistics"]["duplication"] < 100.0
+    assert records["octree"]["statistics"]["duplication"] <= DUPLICATION
 
 
 def test_pictures_of_far_cells(run, cases, tmp_path):
@@ -121,24 +122,20 @@ def test_pictures_of_far_cells(run, cases, tmp_path):
     assert list(tmp_path.glob("*.png"))
 
 
-def test_a_subnormal_axis_is_refused_or_as_naive(run, cases, tmp_path):
+def test_hits_with_a_subnormal_axis_are_those_of_naive(run, cases, tmp_path):
+    scene = cases / "subnormal_axis.off"
     rays = f"file:path={cases / 'subnormal_axis_rays.npz'}"
-    found = []
-    for structure in ("naive", SUBNORMAL, "macro_grid:resolution=16x16x16", *structures()):
+    found = {}
+    for structure in (*structures(), SUBNORMAL, "macro_grid:resolution=16x16x16"):
         path = tmp_path / "hits.npz"
         outcome = run(
-            "evaluate", cases / "subnormal_axis.off", "--structure", structure, "--rays", rays,
-            "--hits", path, "--quiet",
-        )  # fmt: skip
-        if outcome.code == 0:
-            with np.load(path) as arrays:
-                found.append((arrays["t"].tobytes(), arrays["primitive"].tobytes()))
-        else:
-            assert outcome.code == 2
-            assert len(outcome.err.splitlines()) == 1
-            found.append("refused")
-    # Alike everywhere.
-    assert len(set(found)) == 1
+            "evaluate", scene, "--structure", structure, "--rays", rays, "--hits", path, "--quiet"
+        )
+        assert (outcome.code, outcome.err) == (0, "")
+        with np.load(path) as arrays:
+            found[structure] = arrays["t"].tobytes(), arrays["primitive"].tobytes()
+            assert (arrays["primitive"] >= 0).any()
+    assert set(found.values()) == {found["naive"]}
 
 
 # Every structure, and the hierarchy with every volume.
@@ -159,25 +156,26 @@ def test_figures_of_a_scene_of_1e90(run, cases, structure):
         "evaluate", cases / "big_1e90.off", "--structure", structure,
         "--rays", "random_lines:count=100", "--json", "-", "--quiet",
     )  # fmt: skip
-    if outcome.code == 2:
-        assert len(outcome.err.splitlines()) == 1
-        return
     assert (outcome.code, outcome.err) == (0, "")
     (record,) = json.loads(outcome.out)["records"]
     sah = record["statistics"]["sah"]
-    assert sah is not None
-    assert np.isfinite(sah)
+    assert 0.0 < sah < np.inf
 
 
 # ------------------------------------------------------------------------------------ Blender's own
 
 
-def test_an_invalid_mesh_is_named(addon, cases, refused):
-    line = refused(
+def test_an_invalid_mesh_is_named(addon, cases, run):
+    outcome = run(
         "evaluate", cases / "invalid_mesh.blend", "--structure", "bvh",
         "--rays", "random_lines:count=10",
     )  # fmt: skip
-    assert "validate" in line.lower() or "clean up" in line.lower()
+    assert (outcome.code, outcome.out) == (2, "")
+    # Blender 4.5 adds a line of its own: the file is of a newer Blender.
+    (line,) = [line for line in outcome.err.splitlines() if not line.startswith("Warning: File ")]
+    assert line.startswith(
+        "accelscope: error: the mesh of bad is invalid: a face names vertex 7 of 3; repair it"
+    )
 
 
 def test_a_missing_library_is_said(addon, cases, run):
@@ -187,5 +185,9 @@ def test_a_missing_library_is_said(addon, cases, run):
     )  # fmt: skip
     assert outcome.code == 0
     (record,) = outcome.records
-    assert any(".blend" in sentence for sentence in record["scene"]["notes"])
-    assert ".blend" in outcome.err
+    said = (
+        "the linked library //lib.blend cannot be read, so that these are left out: Object libtri"
+    )
+    assert record["scene"]["triangles"] == 1
+    assert record["scene"]["notes"] == [said]
+    assert f"accelscope: missing_library: {said}\n" in outcome.err

@@ -135,3 +135,16 @@ def test_animations_carry_it_too(run, obj, five):
         assert record["environment"]["threads"] == (None if "error" in record else 2)
     for record in outcome.records[:6]:
         assert set(record["scene"]) == SCENE_KEYS
+
+
+def test_refusals_carry_it_too(run):
+    outcome = run("evaluate", "sample:tetra:depth=3", "--structure", "bvh",
+                  "grid:resolution=9999x9999x9999", "--rays", CAMERA, "--json", "-")  # fmt: skip
+    assert outcome.code == 1
+    made, refused = outcome.records
+    assert "error" in refused
+    assert set(refused["environment"]) == set(made["environment"]) == KEYS
+    assert (made["environment"]["threads"], refused["environment"]["threads"]) == (
+        core_count(),
+        None,
+    )

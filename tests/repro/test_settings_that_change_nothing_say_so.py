@@ -1,4 +1,4 @@
-"""A setting without effect beside the others is named on the command line and grey in the panel."""
+"""A setting without effect beside the others is named on the command line, with the reason."""
 
 import pytest
 

@@ -5,7 +5,6 @@ import itertools
 import math
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -33,10 +32,19 @@ def volume(triangles):
     return np.einsum("ij,ij->", triangles[:, 0], doubled_normals(triangles)) / 6.0
 
 
+def numbered_vertices(triangles):
+    """Number of the vertex, among the different ones, that each corner is, (n, 3).
+
+    As opaque bytes: ten times faster than np.unique by rows. Adding 0 makes -0 a 0.
+    """
+    points = np.ascontiguousarray(triangles.reshape(-1, 3) + 0.0)
+    _, index = np.unique(points.view(np.dtype((np.void, 24))).ravel(), return_inverse=True)
+    return index.reshape(-1, 3)
+
+
 def edge_uses(triangles):
     """How often each directed edge, named by its bit-exact ends, occurs; and reversed."""
-    _, index = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
-    corners = index.reshape(-1, 3)
+    corners = numbered_vertices(triangles)
     forward = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
     key = forward[:, 0] * (corners.max() + 1) + forward[:, 1]
     reverse = forward[:, 1] * (corners.max() + 1) + forward[:, 0]
@@ -52,12 +60,9 @@ def is_closed(triangles):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_default_scene_is_small_quick_and_as_large_as_announced(name):
+def test_default_scene_is_small_and_as_large_as_announced(name):
     sample = sample_named(name)
-    start = time.perf_counter()
     scene = make_sample(name)
-    # Not a benchmark: a sample that takes seconds would be a mistake in the generator.
-    assert time.perf_counter() - start < 5.0
     assert len(scene) == sample.triangle_count(sample.Settings()) <= 20_000
     assert scene.name == name
     assert scene.source == f"sample:{name}"
@@ -354,7 +359,7 @@ def test_suzanne_is_as_blender_subdivides_it(subdivisions):
     scene = make_sample(f"suzanne:subdivisions={subdivisions}")
     vertices, triangles, lower, upper = BLENDERS_SUZANNE[subdivisions]
     assert len(scene) == triangles
-    assert len(np.unique(scene.triangles.reshape(-1, 3), axis=0)) == vertices
+    assert numbered_vertices(scene.triangles).max() + 1 == vertices
     assert scene.lower == pytest.approx(lower, abs=5e-7)
     assert scene.upper == pytest.approx(upper, abs=5e-7)
     # Four open rims, of the eyes (13 edges each) and of the holes behind them (8 each).
@@ -383,6 +388,19 @@ np.savez(sys.argv[1], **meshes)
 """
 
 
+def places_of(points, others):
+    """Return for each of some points which of the others is nearest, (n,)."""
+    order = np.argsort(others[:, 0])
+    others = others[order]
+    # Only those with nearly the same x are looked at.
+    first, last = (np.searchsorted(others[:, 0], points[:, 0] + shift) for shift in (-1e-5, 1e-5))
+    nearest = [
+        low + np.abs(others[low:high] - point).sum(axis=1).argmin()
+        for point, low, high in zip(points, first, last, strict=True)
+    ]
+    return order[nearest]
+
+
 @pytest.mark.bpy
 def test_suzanne_agrees_with_blender_triangle_by_triangle(tmp_path):
     pytest.importorskip("bpy")
@@ -396,11 +414,10 @@ def test_suzanne_agrees_with_blender_triangle_by_triangle(tmp_path):
             assert len(ours) == len(theirs)
             if level == 2:
                 # From here on Blender numbers the quads in rows across a face of the base mesh,
-                # so that every 16th triangle has to be looked for.
-                ours = ours[::16]
-                distances = np.linalg.norm(ours.mean(axis=1)[:, None] - theirs.mean(axis=1), axis=2)
-                ours = np.sort(ours, axis=1)
-                theirs = np.sort(theirs[distances.argmin(axis=1)], axis=1)
+                # so that every triangle has to be looked for.
+                theirs = theirs[places_of(ours.mean(axis=1), theirs.mean(axis=1))]
+                assert len(np.unique(theirs, axis=0)) == len(ours)
+                ours, theirs = np.sort(ours, axis=1), np.sort(theirs, axis=1)
             # The same triangles, up to Blender's float32.
             assert np.abs(ours - theirs).max() < 1e-6
 

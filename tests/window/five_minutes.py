@@ -1,12 +1,17 @@
 """README's five minutes, word by word, in a factory Blender: default cube, default settings.
 
-Run like tour.py. The docstring of a step is what the README says there, which
-tests/test_readme.py compares.
+Run like tour.py. The docstrings of the steps are what the README says there, all of it, which
+tests/test_readme.py compares. What *Export* writes is left in the output directory, and
+test_window.py holds its figures against those of the same triangles outside Blender.
 """
 
 from __future__ import annotations
 
+import csv
+import json
+import shutil
 import sys
+from collections.abc import Generator
 from pathlib import Path
 
 import bpy
@@ -24,6 +29,7 @@ from guide import (
     open_panel,
     open_wide_tab,
     over_viewport,
+    part,
     results,
     running,
     session,
@@ -33,15 +39,52 @@ from guide import (
     taken,
     trace,
 )
-from session import Steps
+from session import Steps, Wait
 
 SLIDER = 0.78
 """Where the slider behind a number is, as a share of the sidebar's width."""
+EXPORT = {"JSON": 0.3, "CSV": 0.75}
+"""Where the two buttons for export are, side by side, as a share of that width."""
+
+# The lecture's planes, as shares of the example's width, a little to the right, since the sample
+# in Blender has single precision; and what the slides print of them.
+PLANES = {
+    "9/81+1e-5": {"N_L": "8", "N_R": "68", "p_L": "0.28", "p_R": "0.91"},
+    "33/81+1e-5": {"N_L": "12", "N_R": "64", "p_L": "0.52", "p_R": "0.67"},
+    "71/81+1e-5": {"N_L": "12", "N_R": "64", "p_L": "0.90", "p_R": "0.29"},
+}
+COSTS = {"9/81+1e-5": 67.1, "33/81+1e-5": 52.1, "71/81+1e-5": 32.4}
 
 
 def add_sample(name: str) -> None:
     """Choose a sample in the list of the button, as a click on its line does."""
     bpy.ops.accelscope.add_sample_scene("EXEC_DEFAULT", True, sample=name)
+
+
+def figures_of_plane(share: str) -> Generator[Wait, None, dict[str, str]]:
+    """Type where the split plane is, and return what the panel says of it."""
+    before = results().split_view.rows
+    yield from session.enter("split_plane.position", share)
+    yield lambda: running() is None and results().split_view.rows != before
+    return dict(results().split_view.rows)
+
+
+def export(kind: str) -> Generator[Wait, None, Path]:
+    """Press a button for export, and Return in the window for files; return what was written."""
+    yield from session.press(f"accelscope.export(format='{kind}')", across=EXPORT[kind])
+    yield lambda: any(area.type == "FILE_BROWSER" for area in session.window.screen.areas)
+    yield 1.0
+    browser = session.area("FILE_BROWSER")
+    parameters = browser.spaces[0].params
+    assert parameters.filename == f"Scene-kdtree.{kind.lower()}"
+    path = Path(parameters.directory.decode()) / parameters.filename
+    assert not path.exists()
+    session.move(browser.x + 0.6 * browser.width, browser.y + 0.5 * browser.height)
+    yield 0.5
+    session.key("Return")
+    yield path.exists
+    yield lambda: all(area.type != "FILE_BROWSER" for area in session.window.screen.areas)
+    return path
 
 
 def seen(name: str) -> Steps:
@@ -60,13 +103,21 @@ def install_zip() -> None:
 
 @session.step
 def open_tab() -> Steps:
-    """and open the tab **AccelScope**."""
+    """Press *N* in the 3D viewport and open the tab **AccelScope**."""
+    view = session.area().spaces[0]
+    assert not view.show_region_ui
+    over_viewport()
+    yield 0.5
+    session.key("n")
+    yield lambda: view.show_region_ui
     yield from open_wide_tab()
 
 
 @session.step
 def sample() -> Steps:
-    """*Add Sample Scene*, choose Suzanne: other meshes are hidden (*Alt H* brings them back)."""
+    """*Add Sample Scene*, choose Suzanne: other meshes are hidden (*Alt H* brings them back). Or
+    use meshes of your own.
+    """
     add_sample("suzanne")
     assert bpy.data.objects["Cube"].hide_get()
     yield from seen("sample")
@@ -80,13 +131,42 @@ def sample() -> Steps:
 
 @session.step
 def first_build() -> Steps:
-    """Choose *BVH* and press **Build**. The cells appear over the mesh, coloured by depth."""
+    """Choose *BVH* and press **Build**. The cells appear over the mesh, coloured by depth. The
+    first build after installation compiles for some ten seconds.
+    """
     assert settings().structure == "bvh"
-    yield from build()
+    before = results().built
+    yield from session.press("accelscope.build(")
+    yield lambda: running().text.startswith("Compiling")
+    yield lambda: running() is None and results().built is not before
     yield from seen("built")
-    assert results().built.structure.scene.object_names == ("suzanne",)
+    structure = results().built.structure
+    assert structure.scene.object_names == ("suzanne",)
+    assert structure.validate() == []
+    figures = results().record["statistics"]
+    assert figures["N_OIV"] == len(structure.scene) == results().record["scene"]["triangles"]
+    # Of a binary tree.
+    assert figures["N_V"] == figures["N_IN"] + 1 == int(results().cells.is_leaf.sum())
     yield lambda: status() == "Up to date"
     assert coloured(taken["built"]) > coloured(taken["sample"]) + 2000
+
+
+@session.step
+def cancel() -> Steps:
+    """*Esc* cancels, and what was there before stays."""
+    before = results().built, results().cells, results().record
+    # What has not been compiled yet takes longer than a key.
+    settings().structure = "kdtree"
+    yield from session.press("accelscope.build(")
+    yield lambda: running()
+    job = running()
+    session.key("Escape")
+    yield lambda: running() is None
+    assert job.is_cancelled
+    yield lambda: job.is_finished
+    assert (results().built, results().cells, results().record) == before
+    settings().structure = "bvh"
+    yield lambda: status() == "Up to date"
 
 
 @session.step
@@ -113,19 +193,34 @@ def levels() -> Steps:
 
 @session.step
 def rays() -> Steps:
-    """*Rays*: choose *Camera* or *Random Lines* and press **Trace**. *Statistics* now shows"""
+    """*Rays*: choose *Camera* or *Random Lines* and press **Trace**. *Statistics* now shows what a
+    ray costs on average: steps (N_TS), leaves (N_ETS), triangle tests (N_IT).
+    """
     for workload in ("camera", "random_lines"):
         settings().workload = workload
         yield from trace()
-        assert results().record["trace"]["N_IT"] > 0.0
+        found = results().record["trace"]
+        assert 0 < found["hits"] <= results().record["rays"]["count"] == len(results().traced.rays)
+        assert 0.0 < found["N_ETS"] < found["N_TS"]
+        assert 0.0 < found["N_IT"] < 0.01 * len(results().built.structure.scene)
+    # A line that ends at its hit visits no more than one that goes on.
+    figures = results().record["statistics"]
+    assert found["N_TS"] < figures["expected_inner"] + figures["expected_leaves"]
+    assert found["N_ETS"] < figures["expected_leaves"]
+    assert found["N_IT"] < figures["expected_tests"]
 
 
 @session.step
 def step_ray() -> Steps:
     """*Step Ray* shows one of those rays: the cells it visits, in order, and where it hits;"""
-    hit = int(np.flatnonzero(results().traced.hits.primitive >= 0)[0])
+    traced = results().traced
+    hit = int(np.flatnonzero(traced.hits.primitive >= 0)[0])
     yield from session.enter("ray_index", str(hit))
     yield from session.press("accelscope.step_ray(")
+    yield lambda: results().step_index == hit
+    tally = results().steps.tally()
+    assert tally == {name: int(traced.counters[name][hit]) for name in tally}
+    assert tally["N_TS"] > 0
     yield from seen("stepped")
 
 
@@ -148,7 +243,9 @@ def events() -> Steps:
 
 @session.step
 def exhibits() -> Steps:
-    """*Exhibits* shows what the structure has to tell, frame by frame:"""
+    """*Exhibits* shows what the structure has to tell, frame by frame: levels, the Morton curve,
+    clusters of PLOC, work queues, curves of cost, reinsertions, spatial splits.
+    """
     yield from open_panel("exhibits.show")
     yield from session.press("exhibits.show", across=HEADER)
     group, showcase = settings().exhibits, results().showcase
@@ -156,6 +253,7 @@ def exhibits() -> Steps:
     assert group.frame == showcase.chosen(group).count - 1
     group.frame = 5
     yield lambda: running() is None and showcase.shown == showcase.wanted(group)
+    assert showcase.frame_shown.caption
     yield from seen("exhibit")
     yield from session.press("exhibits.show", across=HEADER)
     yield from open_panel("exhibits.show")
@@ -163,15 +261,25 @@ def exhibits() -> Steps:
 
 @session.step
 def split_plane() -> Steps:
-    """*Split Plane* is the lecture's slide with a slider:"""
+    """*Split Plane* is the lecture's slide with a slider: N_L, N_R, p_L, p_R and Cost of any plane;
+    its example is the sample *SAH Worked Example*.
+    """
     add_sample("sah_example")
     yield from build()
     yield from open_panel("split_plane.show")
     yield from session.press("split_plane.show", across=HEADER)
     yield lambda: running() is None and results().split_view.rows
+    for share, printed in PLANES.items():
+        figures = yield from figures_of_plane(share)
+        assert {name: figures[name] for name in printed} == printed, (share, figures)
+        assert float(figures["Cost(V -> {L, R})"]) == COSTS[share], (share, figures)
+        assert figures["Cost(V)"] == "76.0"
+    yield from seen("split-plane")
+    x, y = yield from session.find("split_plane.position")
+    yield from session.drag((x, y), (x - 40, y))
+    yield lambda: 0.0 < settings().split_plane.position < 71 / 81
     figures = dict(results().split_view.rows)
     assert int(figures["N_L"]) + int(figures["N_R"]) == 76
-    yield from seen("split-plane")
     yield from session.press("split_plane.show", across=HEADER)
     yield from open_panel("split_plane.show")
 
@@ -187,7 +295,35 @@ def refit() -> Steps:
     yield lambda: status().startswith("Out of date")
     yield from session.press("accelscope.refit(", across=REFIT)
     yield lambda: running() is None and results().built is not before
+    assert results().record["method"] == "refit"
+    old, new = before.structure.scene, results().built.structure.scene
+    np.testing.assert_allclose(new.triangles, old.triangles * [1.0, 1.0, 1.5], atol=1e-6)
     yield lambda: status() == "Up to date"
+    head.scale = 1.0, 1.0, 1.0
+
+
+@session.step
+def compare_over_timeline() -> Steps:
+    """*Compare over Timeline* shows how much that costs."""
+    scene = bpy.context.scene
+    head = bpy.context.view_layer.objects.active
+    for frame, height in ((1, 1.0), (4, 4.0)):
+        head.scale.z = height
+        head.keyframe_insert("scale", frame=frame)
+    scene.frame_end = 4
+    scene.frame_set(1)
+    yield from session.press("accelscope.compare_over_timeline(")
+    yield lambda: running() is None and results().timeline
+    found = [(each["frame"], each["method"]) for each in results().timeline]
+    assert found == [(frame, how) for frame in range(1, 5) for how in ("refit", "rebuild")]
+    costs = [each["statistics"]["sah"] for each in results().timeline]
+    refitted, rebuilt = costs[::2], costs[1::2]
+    assert refitted[0] == rebuilt[0]
+    assert refitted[-1] > rebuilt[-1]
+    assert "refit_over_timeline" in [each.name for each in results().showcase.exhibits]
+    yield lambda: status() == "Up to date"
+    head.animation_data_clear()
+    head.scale = 1.0, 1.0, 1.0
 
 
 @session.step
@@ -196,11 +332,15 @@ def kd_tree() -> Steps:
     settings().structure = "kdtree"
     yield lambda: status().startswith("Out of date")
     yield from build()
+    assert results().record["structure"]["name"] == "kdtree"
+    assert results().built.structure.validate() == []
 
 
 @session.step
 def planes_and_replay() -> Steps:
-    """*Tint Empty* the empty leaves, *Replay* the building step by step; *Show Links*"""
+    """Now *Planes* shows what cuts the cells, *Tint Empty* the empty leaves, *Replay* the building
+    step by step; *Show Links* draws the ropes of the leaf at the 3D cursor.
+    """
     display = settings().display
     display.depth_max = 4
     yield from session.press("display.planes")
@@ -227,7 +367,26 @@ def bake() -> Steps:
     """*Bake to Meshes* makes objects of the cells,"""
     yield from session.press("accelscope.bake(")
     yield lambda: "AccelScope" in bpy.data.collections
-    assert len(bpy.data.collections["AccelScope"].objects) == 1
+    (baked,) = bpy.data.collections["AccelScope"].objects
+    numbers = np.empty(len(baked.data.vertices), np.int32)
+    baked.data.attributes["number"].data.foreach_get("value", numbers)
+    shown = part("addon.selection").visible(results().cells, settings().display)
+    assert set(numbers) == set(results().cells.numbers[shown])
+
+
+@session.step
+def write() -> Steps:
+    """*Export* writes JSON or CSV."""
+    # In this window: another one would come without a window manager to give it the keys.
+    bpy.context.preferences.view.filebrowser_display_type = "SCREEN"
+    for kind in ("JSON", "CSV"):
+        path = yield from export(kind)
+        shutil.copy(path, session.output / f"exported.{kind.lower()}")
+    (record,) = json.loads((session.output / "exported.json").read_text())["records"]
+    assert record == json.loads(json.dumps(results().record))
+    with (session.output / "exported.csv").open(encoding="utf-8", newline="") as file:
+        (row,) = csv.DictReader(file)
+    assert float(row["statistics.sah"]) == record["statistics"]["sah"]
 
 
 session.run()

@@ -11,7 +11,12 @@ import sys
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
 import pytest
+from accelscope.core.evaluation.experiment import build, make_record
+from accelscope.core.scene import Scene
+from accelscope.core.structures import structure_named
+from accelscope.sample_scenes import make_sample
 
 pytestmark = [pytest.mark.window, pytest.mark.slow, pytest.mark.packaging]
 
@@ -115,6 +120,14 @@ def test_five_minutes(extension_zip: Path) -> None:
     in_window("five_minutes.py", output, "--", extension_zip, seconds=2400)
     passed = (output / "passed.txt").read_text(encoding="utf-8").split()
     assert passed == steps_of(HERE / "five_minutes.py")
+    # What it exported are the figures of the same triangles, rounded as Blender does.
+    (record,) = json.loads((output / "exported.json").read_text(encoding="utf-8"))["records"]
+    rounded = make_sample("suzanne").triangles.astype(np.float32)
+    scene = Scene.from_triangles(rounded, "suzanne")
+    kdtree = structure_named("kdtree")
+    terminal = make_record(build(scene, kdtree, kdtree.Settings()), None)
+    assert record["scene"]["triangles"] == len(scene) == 15_744
+    assert record["statistics"] == json.loads(json.dumps(terminal["statistics"]))
 
 
 @pytest.mark.exhaustive

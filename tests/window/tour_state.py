@@ -9,6 +9,7 @@ time, or it says that it does not know yet.
 
 from __future__ import annotations
 
+import itertools
 import sys
 import time
 from pathlib import Path
@@ -261,17 +262,17 @@ def large_mesh() -> Steps:
     yield 2.0
     yield from build()
     yield from settled(UP_TO_DATE)
-    compared: list[float] = []
+    compared: list[tuple[float, float]] = []
     kind = type(results().snapshot.look)
     compare = kind.compare
 
-    def timed(self: object, *arguments: object) -> object:
-        start = time.thread_time()
+    def noted(self: object, *arguments: object) -> object:
+        start = time.monotonic()
         finished = compare(self, *arguments)
-        compared.append(time.thread_time() - start)
+        compared.append((start, time.monotonic()))
         return finished
 
-    kind.compare = timed
+    kind.compare = noted
     heart = Heartbeat()
     seen.clear()
     monkey().data.update_tag()
@@ -284,13 +285,15 @@ def large_mesh() -> Steps:
     kind.compare = compare
     note("comparing_a_million_triangles", {
         "said": list(seen),
-        "thread_seconds_each": [round(each, 4) for each in compared],
+        "seconds_each": [round(end - start, 4) for start, end in compared],
         "timer_gaps": summary(gaps(heart.beats, start, time.monotonic())),
     })  # fmt: skip
     assert COMPARING in seen
     assert not [text for text in seen if text.startswith("Out of date")], seen
     assert len(compared) >= 2
-    assert max(compared) < 0.2
+    # In between Blender comes to what else is due.
+    for (_, end), (begin, _) in itertools.pairwise(compared):
+        assert any(end <= beat <= begin for beat in heart.beats), (compared, heart.beats)
     settings().structure = "bvh"
 
 
