@@ -57,7 +57,9 @@ lint: venv
 	@$(BIN)/ruff check .
 
 # mypy has to meet the packages as accelscope.*, whatever the checkout is called. Links to the
-# packages, not to the checkout, so that it does not find build/types in there once more.
+# packages, not to the checkout, so that it does not find build/types in there once more. TYPED are
+# the folders of tests whose calls are looked at; scripts for Blender's window import by name.
+TYPED := addon bench cli core repro sample_scenes
 .PHONY: types
 types: venv
 	$(call say,Types)
@@ -65,6 +67,7 @@ types: venv
 	@for part in *.py addon core operators panels sample_scenes; do \
 		ln -s "../../../$$part" "build/types/accelscope/$$part"; done
 	@$(BIN)/mypy
+	@$(BIN)/mypy --explicit-package-bases tests/*.py $(TYPED:%=tests/%)
 
 # What watches the clock of a window has the machine to itself; the rest runs in two processes.
 # pytest's exit code 5: none of the tests chosen by PYTEST is among these. Without PYTEST some are.

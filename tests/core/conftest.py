@@ -248,8 +248,8 @@ def truth(name, n=150):
     """Return (rays, names, hits) of brute force, with rays that end at and before their hit."""
     scene = small_scene(name)
     rays, names = batch_of(ray_families(scene, n))
-    naive = structures()["naive"]
-    naive = naive.build(scene, naive.Settings())
+    kind = structures()["naive"]
+    naive = kind.build(scene, kind.Settings())
     t = naive.trace(rays)[0].t
     hit = np.flatnonzero(np.isfinite(t))[::3]
     ends = [t[hit], np.nextafter(t[hit], 0.0), t[hit] * 0.5]

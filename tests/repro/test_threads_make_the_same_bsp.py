@@ -19,7 +19,7 @@ def built(monkeypatch, scene, settings, subtree, threads):
     names = set()
 
     def grow_with(*arguments):
-        return grow_tree(*arguments, threads)
+        return grow_tree(*arguments, threads=threads)
 
     def run(builder, reports=False):
         names.add(threading.current_thread().name)
