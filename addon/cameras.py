@@ -17,9 +17,6 @@ from ..core.scene import ORTHOGRAPHIC, PERSPECTIVE, Camera
 
 FITS = {"AUTO": "larger", "HORIZONTAL": "width", "VERTICAL": "height"}
 
-FULL_FRAME = 36.0
-"""Width of Blender's default sensor, in millimetres."""
-
 FLAT = 1e-6
 """Volume between the three axes, 1 if they are at right angles, below which they are no space."""
 

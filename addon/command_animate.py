@@ -12,10 +12,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ..core.errors import InputError
+from ..core.progress import Progress
 from ..core.scene import Scene
 from .command_arguments import (
     SPECS,
     open_scene,
+    opened,
     refuse_bad_threads,
     scenes_of,
     structure_specs,
@@ -86,10 +88,9 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
     from ..core.evaluation.animation import METHODS, Comparison, table
     from ..core.evaluation.animation_page import write_page
 
-    frames = frames_of(arguments.scenes, numbers, open_file is not None)
-    found = Comparison(
-        settings, workload, workload_settings, arguments.threads, progress_of(arguments)
-    )
+    progress = progress_of(arguments)
+    frames = frames_of(arguments.scenes, numbers, open_file is not None, progress)
+    found = Comparison(settings, workload, workload_settings, arguments.threads, progress)
     remarks: set[str] = set()
     with Results(arguments, table, len(METHODS) * len(frames)) as results:
         results.records = found.records
@@ -97,7 +98,7 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
         for number, name, open_one in frames:
             scene: Scene | str = name
             try:
-                scene = open_one()
+                scene = opened(open_one, progress)
                 note_on(arguments, scene, remarks)
                 found.add(number, scene)
             except Exception as error:
@@ -129,7 +130,7 @@ def frame_numbers(text: str) -> range:
 
 
 def frames_of(
-    scenes: list[str], numbers: range | None, in_blender: bool
+    scenes: list[str], numbers: range | None, in_blender: bool, progress: Progress
 ) -> list[tuple[int, str, Callable[[], Scene]]]:
     """Return number, name of the file, and opener of every frame that the arguments name.
 
@@ -143,7 +144,7 @@ def frames_of(
         raise InputError("name a .blend, or mesh files, one per frame")
     if is_blend or not scenes:
         if is_blend:
-            open_scene(scenes[0])
+            opened(functools.partial(open_scene, scenes[0]), progress)
         import bpy
 
         from . import extraction, timeline

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..core.errors import InputError
+from ..core.progress import Progress
 from ..core.scene import Scene
 from ..core.settings import parse, parse_spec, without_effect
 from ..sample_scenes import make_sample, sample_and_settings
@@ -143,6 +144,21 @@ def scenes_of(
     if open_file is None:
         raise InputError("name at least one SCENE: a mesh file, a .blend or sample:NAME")
     return [("open file", open_file)]
+
+
+def opened(open_one: Callable[[], Scene], progress: Progress) -> Scene:
+    """Return what an opener of :func:`scenes_of` opens; announce a compilation on the way.
+
+    Raises
+    ------
+    InputError
+        If there is no such scene, or it cannot be read.
+    """
+    from ..core.geometry.triangulation import CUTTING
+    from ..core.kernels import announcing
+
+    with announcing(progress, CUTTING):
+        return open_one()
 
 
 def open_scene(argument: str) -> Scene:

@@ -13,7 +13,7 @@ from ..core.errors import InputError
 from ..core.evaluation.efficiency_settings import EfficiencySettings
 from ..core.scene import Scene
 from ..core.settings import describe, parse
-from .command_arguments import SPECS, scenes_of, take_scenes
+from .command_arguments import SPECS, opened, scenes_of, take_scenes
 from .command_output import (
     Results,
     add_output_options,
@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
     refuse_bad_outputs(arguments, arguments.scenes)
 
     _, open_one = scenes[0]
-    scene = open_one()
+    scene = opened(open_one, progress_of(arguments))
     note_on(arguments, scene)
     measurement = Measurement(scene, settings, directions, progress_of(arguments))
     with Results(arguments, table, len(kinds)) as results:

@@ -9,15 +9,16 @@ import argparse
 import functools
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..core.errors import InputError, reason_of
+from ..core.errors import InputError
 from ..core.kernels import HAS_NUMBA
 from ..core.scene import Scene
 from .command_arguments import (
     SPECS,
+    opened,
     refuse_bad_threads,
     scenes_of,
     structure_specs,
@@ -35,7 +36,9 @@ from .command_output import (
 )
 
 if TYPE_CHECKING:
+    from ..core.evaluation.experiment import Built, Traced
     from ..core.evaluation.workloads import Workload
+    from ..core.geometry.rays import Rays
     from ..core.structures.contract import Structure
 
 EXAMPLES = """\
@@ -105,6 +108,15 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
     return batch.results.exit_code
 
 
+class Asked(NamedTuple):
+    """Rays that were asked for, and why there are none of them for a scene, if so."""
+
+    workload: type[Workload]
+    settings: Any
+    rays: Rays | None
+    refusal: str = ""
+
+
 class Batch:
     """Combinations of scenes, structures and rays; what is refused is told and left out."""
 
@@ -130,25 +142,27 @@ class Batch:
     def add_scene(self, name: str, open_one: Callable[[], Scene]) -> None:
         """Open a scene, then build every structure over it and trace every set of rays."""
         try:
-            scene = open_one()
+            scene = opened(open_one, self.progress)
         except REFUSALS as error:
             reason = self.results.complain(name, error)
             for structure_type, settings in self.chosen:
                 self.add_failure(name, structure_type, settings, [reason] * len(self.workloads))
             return
         note_on(self.arguments, scene)
-        rays_of: list[Any] = []  # Rays, or why there are none
-        for workload, settings in self.workloads:
-            try:
-                rays_of.append(workload.make(scene, settings))
-            except REFUSALS as error:
-                self.results.complain(f"{name}, rays {workload.name}", error)
-                rays_of.append(reason_of(error))
+        asked = [self.rays_over(scene, name, *workload) for workload in self.workloads]
         for structure_type, settings in self.chosen:
-            if all(isinstance(rays, str) for rays in rays_of):
-                self.add_failure(scene, structure_type, settings, rays_of)
+            if any(each.rays is not None for each in asked):
+                self.add_structure(scene, structure_type, settings, asked)
             else:
-                self.add_structure(scene, structure_type, settings, rays_of)
+                self.add_failure(scene, structure_type, settings, [each.refusal for each in asked])
+
+    def rays_over(self, scene: Scene, name: str, workload: type[Workload], settings: Any) -> Asked:
+        """Make a set of rays, or tell why there is none."""
+        try:
+            return Asked(workload, settings, workload.make(scene, settings))
+        except REFUSALS as error:
+            refusal = self.results.complain(f"{name}, rays {workload.name}", error)
+            return Asked(workload, settings, None, refusal)
 
     def add_failure(
         self, scene: Scene | str, structure_type: type[Structure], settings: Any, reasons: list[str]
@@ -166,7 +180,7 @@ class Batch:
         self.results.keep()
 
     def add_structure(
-        self, scene: Scene, structure_type: type[Structure], settings: Any, rays_of: list[Any]
+        self, scene: Scene, structure_type: type[Structure], settings: Any, asked: list[Asked]
     ) -> None:
         """Build a structure and trace every set of rays."""
         from ..core.evaluation.experiment import build, make_failed_record
@@ -178,13 +192,13 @@ class Batch:
             reason = self.results.complain(where, error)
             self.add_failure(scene, structure_type, settings, [reason] * len(self.workloads))
             return
-        for workload, rays in zip(self.workloads, rays_of, strict=True):
-            reason = rays
-            if not isinstance(rays, str):
+        for each in asked:
+            reason = each.refusal
+            if each.rays is not None:
                 try:
-                    record, traced = self.measure(built, *workload, rays)
+                    record, traced = self.measure(built, each, each.rays)
                 except REFUSALS as error:
-                    reason = self.results.complain(f"{where}, rays {workload[0].name}", error)
+                    reason = self.results.complain(f"{where}, rays {each.workload.name}", error)
                 else:
                     self.results.records.append(record)
                     self.results.keep()
@@ -192,21 +206,25 @@ class Batch:
                         write_hits(self.arguments.hits, scene, traced)
                     continue
             self.results.records.append(
-                make_failed_record(scene, structure_type, settings, *workload, reason)
+                make_failed_record(
+                    scene, structure_type, settings, each.workload, each.settings, reason
+                )
             )
         if self.gallery:
-            shown = [rays for rays in rays_of if not isinstance(rays, str)]
+            shown = [each.rays for each in asked if each.rays is not None]
             try:
                 self.gallery.add(built, self.results.records[-len(self.workloads) :], shown)
             except REFUSALS as error:
                 self.results.complain(f"{where}, pictures", error)
         self.results.keep()
 
-    def measure(self, built: Any, workload: type[Workload], settings: Any, rays: Any) -> Any:
+    def measure(self, built: Built, asked: Asked, rays: Rays) -> tuple[dict[str, Any], Traced]:
         """Trace one set of rays; return the record, and what was traced."""
         from ..core.evaluation.experiment import make_record, refuse_not_finite, trace_rays
 
-        traced = trace_rays(built, workload, settings, rays, self.arguments.threads, self.progress)
+        traced = trace_rays(
+            built, asked.workload, asked.settings, rays, self.arguments.threads, self.progress
+        )
         record = make_record(built, traced, self.progress)
         refuse_not_finite(record)
         return record, traced

@@ -17,6 +17,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from ..core.errors import InputError, reason_of
+from ..core.printing import print_lines
 from ..core.progress import SILENT, Progress, TerminalProgress
 from ..core.scene import Scene
 from ..core.writing import is_special, refuse_unwritable
@@ -85,9 +86,7 @@ def complain(text: str) -> None:
 
 def remark(text: str) -> None:
     """Print one line on standard error; names in it cannot steer the terminal."""
-    from ..core.evaluation.report import printable
-
-    print(f"accelscope: {printable(' '.join(text.split()))}", file=sys.stderr)
+    print_lines(f"accelscope: {' '.join(text.split())}", sys.stderr)
 
 
 def print_result(arguments: argparse.Namespace, text: str) -> None:
@@ -98,7 +97,7 @@ def print_result(arguments: argparse.Namespace, text: str) -> None:
     CannotPrint
     """
     try:
-        print(text, file=arguments.standard_output, flush=True)
+        print_lines(text, arguments.standard_output, flush=True)
     except OSError as error:
         raise CannotPrint from error
 

@@ -10,6 +10,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from ..core.printing import print_lines
+
 RAYS = ("camera:width=160,height=120", "random_lines:count=10000")
 """Few, because the naive algorithm is among the structures."""
 
@@ -41,20 +43,20 @@ def main() -> int:
     output = parser.parse_args().output.resolve()
     scenes = output / "scenes"
     scenes.mkdir(parents=True, exist_ok=True)
-    print(f"Saving the sample scenes to {scenes}", flush=True)
+    print_lines(f"Saving the sample scenes to {scenes}", None, flush=True)
     paths = make_blend_files(scenes)
 
     from .command import main as command
 
-    print("Evaluating them with every structure (two or three minutes)", flush=True)
+    print_lines("Evaluating them with every structure (two or three minutes)", None, flush=True)
     code = command(
         ["evaluate", *paths, "--structure", "all", "--rays", *RAYS,
          "--json", str(output / "records.json"), "--csv", str(output / "records.csv"),
          "--pictures", str(output / "pictures")]
     )  # fmt: skip
     if code == 0:
-        print(f"\nFigures:  {output / 'records.csv'}, {output / 'records.json'}")
-        print(f"Pictures: {output / 'pictures' / 'index.html'}")
+        print_lines(f"\nFigures:  {output / 'records.csv'}, {output / 'records.json'}", None)
+        print_lines(f"Pictures: {output / 'pictures' / 'index.html'}", None)
     return code
 
 

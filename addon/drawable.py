@@ -150,7 +150,7 @@ def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
     empty = np.flatnonzero(is_empty)[: selection.MAXIMUM_FILLED]
     planes = _first_of(cells.planes, selection.MAXIMUM_FILLED)
     shaped, _ = by_shape(cells, np.sort(sections.order))
-    cells.places_of(np.empty(0, np.int64))  # the first call sorts the numbers
+    cells.sort_numbers()
     progress.report(0, 1, "Preparing the picture")
     tallies: tuple[Tally, ...] = ()
     if cells.divided is not None:
@@ -162,8 +162,8 @@ def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
         )  # fmt: skip
     return Drawable(
         cells, extent, sections, _surface_of(cells),
-        box_lines(cells, sections.order, steps),
-        edge_lines(cells, sections.order, steps, progress),
+        box_lines(cells, sections.order, shaped, steps),
+        edge_lines(cells, sections.order, shaped, steps, progress),
         plane_lines(cells, planes, steps),
         plane_faces(cells, planes, steps),
         cell_faces(cells, empty, steps),
@@ -191,19 +191,23 @@ def _surface_of(cells: Cells) -> float:
 # ------------------------------------------------------------------------------------------ lines
 
 
-def box_lines(cells: Cells, order: np.ndarray, steps: Steps) -> Lines:
-    """Return those of the cells `order` that are drawn as boxes."""
-    _, boxes = by_shape(cells, np.arange(len(cells)))
-    is_box = np.zeros(len(cells), dtype=bool)
-    is_box[boxes] = True
+def box_lines(cells: Cells, order: np.ndarray, shaped: np.ndarray, steps: Steps) -> Lines:
+    """Return those of the cells `order` that are drawn as boxes: all but `shaped`."""
+    is_box = np.ones(len(cells), dtype=bool)
+    is_box[shaped] = False
     owners = order[is_box[order]]
     starts = np.concatenate([[0], np.cumsum(is_box[order])])
     return _lines(cells, cells.boxes[owners].reshape(-1, 2, 3), owners, steps, starts)
 
 
-def edge_lines(cells: Cells, order: np.ndarray, steps: Steps, progress: Progress = SILENT) -> Lines:
-    """Return the edges of those of the cells `order` that are drawn in their shape."""
-    shaped, _ = by_shape(cells, np.sort(order))
+def edge_lines(
+    cells: Cells,
+    order: np.ndarray,
+    shaped: np.ndarray,
+    steps: Steps,
+    progress: Progress = SILENT,
+) -> Lines:
+    """Return the edges of those of the cells `order` that are drawn in their shape, `shaped`."""
     wires = wires_of(cells, shaped, progress)
     position = np.zeros(len(cells), dtype=np.int64)
     position[order] = np.arange(len(order))

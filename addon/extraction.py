@@ -1,5 +1,8 @@
 """Extraction: the evaluated objects of a Blender scene as triangles in world space.
 
+Blender is read in its main thread, which stands still meanwhile. All that can be done without it
+(cutting polygons, placing triangles, looking at them) is done by :class:`RawScene` in any thread.
+
 Everything that Blender evaluates to a mesh is taken: meshes with their modifiers, curves, surfaces,
 text and metaballs, and every instance of them. Blender lists all of those, curves too, as mesh
 objects in ``depsgraph.object_instances``.
@@ -7,7 +10,6 @@ objects in ``depsgraph.object_instances``.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,18 +21,18 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.evaluation.environment import set_blender_version
 from ..core.memory import refuse_if_too_large
+from ..core.progress import SILENT, Progress
 from ..core.scene import Scene
-from .cameras import camera_of
 from .fingerprint import hash_of
-from .lights import lights_of
 from .mesh_check import (
+    corner_vertices,
     invalid_meshes_emptied,
     refuse_if_evaluated,
     refuse_invalid_mesh,
     refuse_invalid_meshes,
 )
-from .remarks import remarks_of
-from .standard_streams import standard_output_kept_clean
+from .standard_streams import others_kept_silent
+from .view import View
 
 VISIBLE = "visible"
 SELECTED = "selected"
@@ -50,20 +52,28 @@ and of the object itself. They survive renaming and undo."""
 
 
 class LocalMesh(NamedTuple):
-    """The triangles of one evaluated mesh in its own space.
+    """The faces of one evaluated mesh in its own space.
 
     Attributes
     ----------
     positions : (n_vertices, 3) float32
-    corners : (n, 3) int32
-        Vertex indices of the triangles.
+    corners : (sum of sizes,) int32
+        Vertex indices of the faces, one face after the other.
+    sizes : (n_faces,) int32
+        How many corners each has; Blender has none of fewer than three.
     digest : bytes
         See :func:`.fingerprint.hash_of`.
     """
 
     positions: np.ndarray
     corners: np.ndarray
+    sizes: np.ndarray
     digest: bytes
+
+    @property
+    def n_triangles(self) -> int:
+        """How many triangles the faces are cut into."""
+        return len(self.corners) - 2 * len(self.sizes)
 
 
 @dataclass(frozen=True)
@@ -106,7 +116,7 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
         address = found.obj.data.as_pointer()
         if address not in known:
             known[address] = _read_mesh(found.obj)
-        if len(known[address].corners):
+        if len(known[address].sizes):
             parts.append(Part(found.key, found.name, known[address], found.matrix))
     if not parts:
         if scope == SELECTED:
@@ -137,10 +147,7 @@ def meshes_in_scope(depsgraph: bpy.types.Depsgraph, scope: str) -> Iterator[Foun
 
 
 def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
-    """Read the triangles of an evaluated object."""
-    # Its kernels need Numba, which is not to be loaded before somebody measures.
-    from ..core.geometry.triangulation import triangulate
-
+    """Read the faces of an evaluated object."""
     # In edit mode the evaluated data are still in the editor's form; to_mesh() converts them, and
     # otherwise shares them without a copy.
     mesh = obj.to_mesh()
@@ -148,14 +155,11 @@ def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
         refuse_invalid_mesh(mesh, obj.original.name)
         positions = np.empty((len(mesh.vertices), 3), dtype=np.float32)
         mesh.vertices.foreach_get("co", positions.ravel())
-        # Not Blender's own triangles: those of files are cut in the same way as these.
-        outline = np.empty(len(mesh.loops), dtype=np.int32)
-        if len(outline):
-            mesh.attributes[".corner_vert"].data.foreach_get("value", outline)
+        corners = corner_vertices(mesh)
         sizes = np.full(len(mesh.polygons), 3, dtype=np.int32)
-        if len(outline) != 3 * len(sizes):  # no face of Blender's has fewer corners
+        if len(corners) != 3 * len(sizes):  # no face of Blender's has fewer corners
             mesh.polygons.foreach_get("loop_total", sizes)
-        return LocalMesh(positions, triangulate(positions, outline, sizes), hash_of(mesh))
+        return LocalMesh(positions, corners, sizes, hash_of(mesh))
     finally:
         obj.to_mesh_clear()
 
@@ -182,8 +186,88 @@ def objects_in_scope(view_layer: bpy.types.ViewLayer, scope: str) -> Iterator[bp
 # ---------------------------------------------------------------------------- making the scene
 
 
+class RawScene(NamedTuple):
+    """A scene as Blender has it; to be made one of ours, for which Blender is not needed.
+
+    Attributes
+    ----------
+    parts : list of Part
+    name, source : str
+        See :class:`..core.scene.Scene`.
+    view : View
+    """
+
+    parts: list[Part]
+    name: str
+    source: str
+    view: View
+
+    @classmethod
+    def at(cls, context: bpy.types.Context, scope: str) -> RawScene:
+        """Return the scene that is open in Blender now.
+
+        Parameters
+        ----------
+        scope : {"visible", "selected"}
+
+        Raises
+        ------
+        InputError
+            When there is no mesh with faces, or one is invalid.
+        """
+        refuse_invalid_meshes(context.view_layer)
+        parts = collect(context.evaluated_depsgraph_get(), scope)
+        path = bpy.data.filepath
+        name = Path(path).stem if path else context.scene.name
+        return cls(parts, name, path or "unsaved Blender file", View.of(context))
+
+    def shape(self, progress: Progress = SILENT) -> Scene:
+        """Return its triangles: instances are expanded, each an object of its own.
+
+        Raises
+        ------
+        InputError
+            When there is no triangle that a ray could hit, or too many for the memory.
+        Cancelled
+            From `progress`.
+        """
+        # Its kernels need Numba, which is not to be loaded before somebody measures.
+        from ..core.geometry.triangulation import CUTTING, triangulate
+        from ..core.kernels import announcing
+
+        counts = [part.mesh.n_triangles for part in self.parts]
+        total = sum(counts)
+        refuse_if_too_large(
+            total * BYTES_PER_TRIANGLE, f"a scene of {total} triangles", "hide some objects"
+        )
+        triangles = np.empty((total, 3, 3))
+        cut: dict[int, np.ndarray] = {}  # of meshes, which live as long as their parts
+        first = 0
+        for part, count in zip(self.parts, counts, strict=True):
+            progress.report(first, total, "Taking triangles")
+            mesh = part.mesh
+            if id(mesh) not in cut:
+                # Not Blender's own triangles: those of files are cut in the same way as these.
+                with announcing(progress, CUTTING):
+                    cut[id(mesh)] = triangulate(mesh.positions, mesh.corners, mesh.sizes)
+                progress.report(first, total, "Taking triangles")
+            # Infinite coordinates turn into NaN here; such triangles are dropped in any case.
+            with np.errstate(invalid="ignore", over="ignore"):
+                world = mesh.positions @ part.matrix[:3, :3].T + part.matrix[:3, 3]
+            triangles[first : first + count] = world[cut[id(mesh)]]
+            first += count
+        progress.report(total, total, "Taking triangles")
+        return Scene.from_triangles(
+            triangles,
+            self.name,
+            self.source,
+            object_ids=np.repeat(np.arange(len(self.parts), dtype=np.int32), counts),
+            object_names=tuple(part.name for part in self.parts),
+        )
+
+
 def extract(context: bpy.types.Context, scope: str) -> Scene:
-    """Return the scene that is open in Blender.
+    """Return the scene that is open in Blender, for the command line.
 
     Parameters
     ----------
@@ -195,46 +279,9 @@ def extract(context: bpy.types.Context, scope: str) -> Scene:
         When there is no triangle that a ray could hit, or too many for the memory, or a mesh is
         invalid.
     """
-    refuse_invalid_meshes(context.view_layer)
-    return scene_of(context, collect(context.evaluated_depsgraph_get(), scope))
-
-
-def scene_of(context: bpy.types.Context, parts: list[Part]) -> Scene:
-    """Return parts as one scene: instances are expanded, each an object of its own.
-
-    Raises
-    ------
-    InputError
-        When there is no triangle that a ray could hit, or too many for the memory.
-    """
-    counts = [len(part.mesh.corners) for part in parts]
-    total = sum(counts)
-    refuse_if_too_large(
-        total * BYTES_PER_TRIANGLE, f"a scene of {total} triangles", "hide some objects"
-    )
-    triangles = np.empty((total, 3, 3))
-    first = 0
-    for part, count in zip(parts, counts, strict=True):
-        # Infinite coordinates turn into NaN here; such triangles are dropped in any case.
-        with np.errstate(invalid="ignore", over="ignore"):
-            world = part.mesh.positions @ part.matrix[:3, :3].T + part.matrix[:3, 3]
-        triangles[first : first + count] = world[part.mesh.corners]
-        first += count
-    path = bpy.data.filepath
-    scene = Scene.from_triangles(
-        triangles,
-        Path(path).stem if path else context.scene.name,
-        path or "unsaved Blender file",
-        object_ids=np.repeat(np.arange(len(parts), dtype=np.int32), counts),
-        object_names=tuple(part.name for part in parts),
-    )
-    return with_view(scene, context)
-
-
-def with_view(scene: Scene, context: bpy.types.Context) -> Scene:
-    """Return a scene with the camera and lights as they are now, and what is to be said of them."""
-    seen = dataclasses.replace(scene, camera=camera_of(context), lights=lights_of(context))
-    return dataclasses.replace(seen, notes=remarks_of(context, seen))
+    with others_kept_silent():
+        raw = RawScene.at(context, scope)
+    return raw.view.onto(raw.shape())
 
 
 # ------------------------------------------------------------------------------ a file by its path
@@ -254,11 +301,11 @@ def load_blend(path: str | Path) -> Scene:
     if not path.is_file():
         raise InputError(f"there is no file {path}")
     try:
-        # No scripts: a file to be measured is not trusted to run anything.
-        with standard_output_kept_clean(), invalid_meshes_emptied() as faults:
+        # No scripts: a file to be measured is not trusted to run anything. That is in the notes.
+        with others_kept_silent(), invalid_meshes_emptied() as faults:
             bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
+            refuse_if_evaluated(bpy.context.evaluated_depsgraph_get(), faults)
     except RuntimeError as error:
         reason = " ".join(str(error).split()).removeprefix("Error: ")
         raise InputError(f"{path} cannot be read: {reason}") from None
-    refuse_if_evaluated(bpy.context.evaluated_depsgraph_get(), faults)
     return extract(bpy.context, VISIBLE)

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import bpy
 import numpy as np
 
+from .mesh_check import corner_vertices
+
 if TYPE_CHECKING:
     from .extraction import Key, Part
 
@@ -85,8 +87,7 @@ def _arrays_of(mesh: bpy.types.Mesh) -> list[np.ndarray]:
     positions = np.empty(3 * len(mesh.vertices), np.float32)
     mesh.attributes["position"].data.foreach_get("vector", positions)
     positions += np.float32(0.0)  # -0 is where 0 is
-    corners = np.empty(len(mesh.loops), np.int32)
-    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
+    corners = corner_vertices(mesh)
     faces = len(mesh.polygons)
     arrays = [np.array([len(mesh.vertices), len(corners), faces]), positions, corners]
     if len(corners) != 3 * faces:

@@ -12,6 +12,7 @@ says what has happened, and the buttons work again. An exception that is not mea
 from __future__ import annotations
 
 import contextlib
+import queue
 import sys
 import threading
 import time
@@ -22,12 +23,15 @@ from typing import Any
 import bpy
 
 from ..core.errors import InputError
+from ..core.printing import print_lines, printable
 from ..core.progress import SILENT, Cancelled, Progress
-from .wording import in_panel
+from .wording import in_panel, refusal_in_panel
 
 Work = Callable[[Progress], Any]
 
 TICK = 0.1  # seconds between two looks at the thread
+
+ERRANDS = 0.03  # seconds that Blender may be held up by errands that are short
 
 PATIENCE = 5.0  # seconds to wait for a cancelled thread when Blender ends; a compiler takes longer
 
@@ -92,6 +96,63 @@ class Job(Progress):
     def wait(self, seconds: float) -> None:
         """Wait for the thread to end."""
         self._thread.join(seconds)
+
+
+class Errands:
+    """What work in a thread has Blender's thread do in between, a few errands per tick.
+
+    Work that runs in Blender's thread itself does its errands at once.
+    """
+
+    def __init__(self) -> None:
+        self._waiting: queue.Queue[Callable[[], Any]] = queue.Queue(maxsize=1)
+        self._done: queue.Queue[tuple[Any, Exception | None]] = queue.Queue(maxsize=1)
+
+    def run(self, errand: Callable[[], Any], progress: Progress, *how_far: Any) -> Any:
+        """Have an errand done, and return what it returns or raise what it raises.
+
+        Parameters
+        ----------
+        *how_far
+            What is reported to `progress` meanwhile.
+
+        Raises
+        ------
+        Cancelled
+            From `progress`.
+        """
+        progress.report(*how_far)
+        if threading.current_thread() is threading.main_thread():
+            return errand()
+        self._waiting.put(errand)
+        while True:
+            try:
+                result, error = self._done.get(timeout=TICK)
+            except queue.Empty:
+                progress.report(*how_far)
+                continue
+            if error is not None:
+                raise error
+            return result
+
+    def serve(self) -> None:
+        """Do the errand that is waiting, if there is one; call it in the main thread.
+
+        As long as errands are short, those that come next are done as well.
+        """
+        end, wait = time.monotonic() + ERRANDS, 0.0
+        while True:
+            try:
+                errand = self._waiting.get(timeout=wait) if wait else self._waiting.get_nowait()
+            except queue.Empty:
+                return
+            try:
+                self._done.put((errand(), None))
+            except Exception as error:
+                self._done.put((None, error))
+            if time.monotonic() > end:
+                return
+            wait = 0.1 * ERRANDS
 
 
 _current: Job | None = None
@@ -287,7 +348,8 @@ class JobOperator:
     def _store(self, context: bpy.types.Context, result: Any) -> set[str]:
         text = self.finish(context, result)
         if text:
-            self.report({"INFO"}, text)  # type: ignore[attr-defined]
+            # Blender prints it on the terminal, too.
+            self.report({"INFO"}, printable(text))  # type: ignore[attr-defined]
         return {"FINISHED"}
 
     def _fail(self, error: BaseException) -> set[str]:
@@ -305,13 +367,11 @@ class JobOperator:
 
     def one_line(self, error: BaseException) -> str:
         """Return what has gone wrong; print the traceback of what should not have happened."""
-        if isinstance(error, InputError):
-            return in_panel(str(error))
-        if isinstance(error, MemoryError):
-            return "Out of memory; use a smaller scene or resolution"
-        traceback.print_exception(error)
-        what = " ".join(f"{type(error).__name__}: {error}".split())
-        return f"{self.job_text} failed, a defect of AccelScope ({what}); the console has more"
+        if isinstance(error, (InputError, MemoryError)):
+            return refusal_in_panel(error)
+        print_traceback(error)
+        what = printable(" ".join(f"{type(error).__name__}: {error}".split()))
+        return f"a defect of AccelScope ({what}); the console has more"
 
 
 @contextlib.contextmanager
@@ -319,5 +379,10 @@ def tracebacks_only() -> Iterator[None]:
     """Print what goes wrong, and go on: for cleaning up, which has to come to its end."""
     try:
         yield
-    except Exception:
-        traceback.print_exc(file=sys.stderr)
+    except Exception as error:
+        print_traceback(error)
+
+
+def print_traceback(error: BaseException) -> None:
+    """Print where a defect has shown itself, on standard error."""
+    print_lines("".join(traceback.format_exception(error)).rstrip(), sys.stderr)

@@ -60,7 +60,8 @@ def _refusal(mesh: bpy.types.Mesh, name: str, fault: str) -> InputError:
     # In this order: entering edit mode with such a mesh ends Blender, too.
     return InputError(
         f"the mesh of {name} is invalid: {fault}; repair it in Blender: "
-        f"bpy.data.meshes[{mesh.name!r}].validate() in the Python Console, then Mesh > Clean Up"
+        f"bpy.data.meshes[{mesh.name!r}].validate() in the Python Console, then Mesh > Clean Up",
+        name,
     )
 
 

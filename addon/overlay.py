@@ -12,6 +12,7 @@ Nothing here holds a reference to Blender's data, so undo, file load and deleted
 
 from __future__ import annotations
 
+import sys
 import traceback
 from collections.abc import Sequence
 from functools import cached_property
@@ -22,6 +23,7 @@ import gpu
 import numpy as np
 
 from ..core.colours import EMPTY_TINT, INNER_COLOUR, face_opacity
+from ..core.printing import print_lines
 from . import overlay_shader, overlay_upload, selection
 
 if TYPE_CHECKING:
@@ -238,8 +240,8 @@ def _draw_callback() -> None:
         # A failing callback would print its traceback again at every redraw of every viewport.
         # Its removal waits for disable(): Blender is walking through the list of callbacks.
         _overlay.failed = True
-        traceback.print_exc()
-        print("AccelScope: the overlay is off until there is something new to show")
+        print_lines(traceback.format_exc().rstrip(), sys.stderr)
+        print_lines("AccelScope: the overlay is off until there is something new to show", None)
 
 
 def draw(display: Any, pixel_size: float = 1.0) -> None:

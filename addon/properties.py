@@ -35,6 +35,20 @@ _loaded: list[type] = []
 """Property groups that are registered; the root is the last."""
 
 
+def structure_chosen(root: Any) -> Any:
+    """Return the class of the chosen structure."""
+    from ..core.structures import structure_named
+
+    return structure_named(root.structure)
+
+
+def structures_cut_by_planes() -> list[Any]:
+    """Return the structures whose planes can be drawn, and whose building can be replayed."""
+    from ..core.structures import structures
+
+    return [each for each in structures().values() if each.is_cut_by_planes]
+
+
 def structure_and_settings(root: Any) -> tuple[type, Any]:
     """Return the chosen structure and its settings.
 
@@ -43,9 +57,7 @@ def structure_and_settings(root: Any) -> tuple[type, Any]:
     InputError
         For a value outside its limits.
     """
-    from ..core.structures import structure_named
-
-    structure = structure_named(root.structure)
+    structure = structure_chosen(root)
     group = getattr(root.structures, structure.name)
     return structure, read(group, structure.Settings, structure.label)
 

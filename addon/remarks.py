@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import bpy
 import numpy as np
 
+from ..core.outlines import corners_of
 from ..core.scene import Scene
-from . import lights
 
 MOST_NAMES = 5
 """Names that a sentence lists."""
-
-
-def remarks_of(context: bpy.types.Context, scene: Scene) -> tuple[str, ...]:
-    """Return all there is to say of a scene taken from the file that is open."""
-    return (*missing_data(), *clipped(context, scene), *lights.remarks(context))
 
 
 def missing_data() -> list[str]:
@@ -43,18 +40,47 @@ def missing_data() -> list[str]:
     return sentences
 
 
-def clipped(context: bpy.types.Context, scene: Scene) -> list[str]:
-    """Say that the camera would cut off part of the scene, as its rays do not."""
-    own, camera = context.scene.camera, scene.camera
-    if camera is None or not camera.has_rays or own.type != "CAMERA":
+def not_run() -> list[str]:
+    """Say that the file has drivers or scripts that Blender has refused to run."""
+    if not bpy.app.autoexec_fail:
         return []
-    forward = camera.target - camera.position
-    forward = forward / np.linalg.norm(forward)
-    depth = scene.triangles @ forward - camera.position @ forward
-    start, end = own.data.clip_start, own.data.clip_end
-    if not ((depth > end) | ((depth > 0.0) & (depth < start))).any():
-        return []
-    return [
-        f"the camera {camera.name} clips what is nearer than {start:g} or farther than {end:g}; "
-        "its rays do not"
-    ]
+    last = " ".join(bpy.app.autoexec_fail_message.split())
+    return [f"Python of the file was not run, so that nothing follows it; the last was: {last}"]
+
+
+class Clipping(NamedTuple):
+    """Between which distances a camera shows what is before it."""
+
+    start: float
+    end: float
+
+    @classmethod
+    def of(cls, camera: bpy.types.Object | None) -> Clipping | None:
+        """Return those of a scene's camera; None if it is none or of no type CAMERA."""
+        if camera is None or camera.type != "CAMERA":
+            return None
+        return cls(camera.data.clip_start, camera.data.clip_end)
+
+    def remarks(self, scene: Scene) -> list[str]:
+        """Say that the camera would cut off part of the scene, as its rays do not; any thread."""
+        camera = scene.camera
+        if camera is None or not camera.has_rays:
+            return []
+        forward = camera.target - camera.position
+        forward = forward / np.linalg.norm(forward)
+
+        def is_clipped(points: np.ndarray) -> bool:
+            depth = (points - camera.position) @ forward
+            return bool(((depth > self.end) | ((depth > 0.0) & (depth < self.start))).any())
+
+        box = corners_of(np.concatenate([scene.lower, scene.upper])[None])[0]
+        depths = (box - camera.position) @ forward
+        # Mostly the box around the scene tells: nothing of it is too near or too far.
+        if depths.max() <= self.end and (depths.min() >= self.start or depths.max() <= 0.0):
+            return []
+        if not is_clipped(scene.triangles):
+            return []
+        return [
+            f"the camera {camera.name} clips what is nearer than {self.start:g} or farther than "
+            f"{self.end:g}; its rays do not"
+        ]

@@ -162,6 +162,24 @@ class Tally:
 # ------------------------------------------------------------------------------- what is shown
 
 
+class Shown(NamedTuple):
+    """Display settings as plain values, which a thread may read; see :mod:`.properties`."""
+
+    depth_min: int
+    depth_max: int
+    leaves_only: bool
+    hide_empty: bool
+    replay: bool
+    step: int
+    opacity: float
+    colour_by: str
+
+    @classmethod
+    def by(cls, display: Any) -> Shown:
+        """Return what display settings say now."""
+        return cls(*(getattr(display, name) for name in cls._fields))
+
+
 def is_empty(cells: Cells) -> np.ndarray:
     """Return which cells are leaves without primitives, (n,) bool."""
     return cells.is_leaf & (cells.count == 0)
@@ -263,12 +281,16 @@ def shown_text(drawable: Drawable, display: Any) -> str:
     sections, extent = drawable.sections, drawable.extent
     wanted = drawable.wanted(display)
     replayed = step_shown(extent, display) is not None
+    asked = sum(last - first for first, last in runs(sections, display, replayed))
     drawn = sum(last - first for first, last in drawn_runs(sections, display, replayed))
     text = f"showing {spaced(min(wanted, drawn))} of {spaced(sections.total)} cells"
+    limits = []
     if len(sections.order) < sections.total:
-        text += f" (at most {spaced(len(sections.order))} are kept)"
-    elif drawn < wanted:
-        text += f" (at most {spaced(MAXIMUM_DRAWN)} are drawn)"
+        limits.append(f"{spaced(len(sections.order))} are kept")
+    if drawn < min(asked, wanted):
+        limits.append(f"{spaced(MAXIMUM_DRAWN)} are drawn")
+    if limits:
+        text += f" (at most {', '.join(limits)})"
     if drawable.n_shaped and drawable.n_shaped < len(sections.order):
         text += f"; the {spaced(drawable.n_shaped)} nearest to the root in their shape, "
         text += "deeper ones as the boxes around them"

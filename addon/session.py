@@ -7,9 +7,10 @@ compares it with what was built over (:mod:`.snapshot`). Nothing is rebuilt by i
 
 from __future__ import annotations
 
-import copy
-import dataclasses
+import contextlib
+import sys
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,19 +19,19 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
-from ..core.progress import SILENT, Progress
-from . import extraction, generated, jobs, overlay, properties
-from .drawable import Drawable, make_drawable
+from ..core.printing import print_lines
+from . import generated, jobs, overlay, properties
+from .drawable import Drawable
+from .outcome import Outcome
 from .showcase import Showcase
-from .snapshot import Look, Snapshot
+from .snapshot import Look, Snapshot, Taken
 from .split_plane import SplitPlaneSettings, SplitView
-from .wording import in_panel
+from .wording import refusal_in_panel
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ..core.evaluation.experiment import Built, Traced
     from ..core.evaluation.ray_path import Walk
     from ..core.structures.cells import Cells
-    from ..core.structures.exhibits import Exhibit
     from ..core.structures.steps import Steps
 
 
@@ -49,39 +50,6 @@ class Status(NamedTuple):
 
     up_to_date: bool
     text: str
-
-
-class Outcome(NamedTuple):
-    """What a build makes: everything that takes long or may fail, done before any of it is kept."""
-
-    snapshot: Snapshot
-    built: Built
-    drawable: Drawable
-    record: dict[str, Any]
-    exhibits: list[Exhibit]
-
-    @classmethod
-    def of(
-        cls, snapshot: Snapshot, built: Built, progress: Progress = SILENT, **more: Any
-    ) -> Outcome:
-        """Compute all of it; runs in any thread.
-
-        Parameters
-        ----------
-        **more
-            What the record has in front.
-
-        Raises
-        ------
-        Cancelled
-            From `progress`.
-        """
-        from ..core.evaluation.experiment import make_record
-
-        structure = built.structure
-        record = more | make_record(built, None, progress)
-        drawable = make_drawable(structure.cells(progress), progress)
-        return cls(snapshot, built, drawable, record, structure.exhibits())
 
 
 @dataclass
@@ -133,6 +101,18 @@ class Session:
 
     # Storing results.
 
+    def take(self, context: bpy.types.Context, scope: str) -> Taken:
+        """Take the scene from Blender for work to come, and keep an eye on it from now on.
+
+        Raises
+        ------
+        InputError
+            When there is nothing to build over, or a mesh is invalid.
+        """
+        taken = Taken.at(context, scope)
+        self.watch(taken.look)
+        return taken
+
     def watch(self, *looks: Look) -> None:
         """Keep an eye on what is looked at by work under way, too; it may come to nothing."""
         self.watched = [self.snapshot.look] if self.snapshot else []
@@ -160,15 +140,9 @@ class Session:
         """Keep the walk of one traced ray."""
         self.step_index, self.steps = index, steps
 
-    def set_linked_leaf(self, number: int) -> None:
-        """Choose the leaf whose links are drawn; -1 for none."""
-        from ..core.evaluation.ray_path import links_of
-
-        assert self.built is not None
-        assert self.cells is not None
-        self.linked_leaf = number
-        # Kept, since finding them goes through the whole tree.
-        self.links = links_of(self.built.structure, self.cells, number) if number >= 0 else None
+    def set_links(self, number: int, picture: tuple[np.ndarray, np.ndarray] | None) -> None:
+        """Keep the leaf whose links are drawn, -1 for none, and how."""
+        self.linked_leaf, self.links = number, picture
 
     def draw_paths(self, event: int | None = None) -> None:
         """Draw the recorded ray, up to an event if one is given, and the links of the leaf."""
@@ -188,7 +162,7 @@ class Session:
         """Draw the frame that the panel asks for; one that has still to be made starts a job."""
         drawn = self.showcase.draw(context.scene.accelscope.exhibits)
         if not drawn:
-            make_frame_soon()
+            make_frame_soon(context.scene)
 
     def show_plane(self, context: bpy.types.Context) -> None:
         """Draw the plane that the panel asks for, or none; the first of an axis starts a job."""
@@ -198,7 +172,7 @@ class Session:
         settings = generated.read(group, SplitPlaneSettings, "Split Plane")
         drawn = self.split_view.draw(settings if group.show else None)
         if not drawn:
-            make_frame_soon()
+            make_frame_soon(context.scene)
 
     def _walk(self) -> Walk:
         from ..core.evaluation.ray_path import Walk
@@ -257,7 +231,8 @@ class Session:
         is_settled = look.is_settled_for(context.view_layer)
         if not is_settled:
             compare_soon()
-        reason = look.change if is_settled and look.change else self._other_settings(context)
+        change = look.change_in(context.view_layer) if is_settled else ""
+        reason = change or self._other_settings(context)
         if reason:
             return Status(False, f"Out of date: {reason}")
         if is_settled:
@@ -276,7 +251,7 @@ class Session:
         try:
             structure, settings = properties.structure_and_settings(root)
         except InputError as error:
-            return in_panel(str(error))
+            return refusal_in_panel(error)
         if structure is not type(self.built.structure):
             return f"{self.built.structure.label} was built"
         return "" if settings == self.built.structure.settings else "the settings were changed"
@@ -306,16 +281,6 @@ class Session:
             return "hits nothing"
         name = scene.object_names[scene.object_ids[primitive]]
         return f"hits triangle {primitive} of {name} at t = {hits.t[self.step_index]:.6g}"
-
-    def built_with_view_of(self, context: bpy.types.Context) -> Built:
-        """Return the structure with the camera and lights as they are now.
-
-        Rays start from them; moving them does not make the structure out of date.
-        """
-        assert self.built is not None
-        structure = copy.copy(self.built.structure)
-        structure.scene = extraction.with_view(structure.scene, context)
-        return dataclasses.replace(self.built, structure=structure)
 
 
 current = Session()
@@ -359,24 +324,47 @@ def compare_soon() -> None:
 
 
 def _compare() -> float | None:
-    """Compare what is watched with the scene, a little at a time; return when to go on."""
-    context = bpy.context
-    waiting = [
-        each
-        for each in current.watched
-        if each.owner == context.scene.session_uid and not each.is_settled_for(context.view_layer)
-    ]
+    """Compare what is watched with what windows show, a little at a time; return when to go on."""
+    waiting = list(_waiting())
     if not waiting:
         return None
     wait = _last_update + DELAY - time.monotonic()
     if wait > 0.0 or jobs.running() or _is_playing():
         return max(wait, DELAY)
     until = time.monotonic() + AT_ONCE
-    depsgraph = context.evaluated_depsgraph_get()
-    if not all(each.compare(depsgraph, until) for each in waiting):
-        return PAUSE
+    for look, window in waiting:
+        with in_window(window):
+            is_complete = look.compare(bpy.context.evaluated_depsgraph_get(), until)
+        if not is_complete:
+            return PAUSE
     jobs.redraw_sidebars()
     return None
+
+
+def _waiting() -> Iterator[tuple[Look, bpy.types.Window]]:
+    """Yield what is watched and not known, and a window that shows that scene and view layer.
+
+    Every window has a scene and a view layer of its own. In a timer Blender makes the first window
+    the current one, whichever the user works in.
+    """
+    asked = set()
+    for window in bpy.context.window_manager.windows:
+        for look in current.watched:
+            key = id(look), window.view_layer.name
+            is_shown = look.owner == window.scene.session_uid
+            if is_shown and key not in asked and not look.is_settled_for(window.view_layer):
+                asked.add(key)
+                yield look, window
+
+
+def in_window(window: bpy.types.Window) -> Any:
+    """Return a context in which a window is the current one, with the scene that it shows.
+
+    All three are named, since Blender takes what is not from whoever is the current one otherwise.
+    """
+    return bpy.context.temp_override(
+        window=window, scene=window.scene, view_layer=window.view_layer
+    )
 
 
 def _is_playing() -> bool:
@@ -385,12 +373,18 @@ def _is_playing() -> bool:
     return any(window.screen.is_animation_playing for window in windows)
 
 
-def make_frame_soon() -> None:
-    """Make the frame or the plane that the panels ask for, once Blender is done with the button.
+_asking_scene = 0
+"""Session id of the scene whose panels have asked for a frame last."""
+
+
+def make_frame_soon(scene: bpy.types.Scene) -> None:
+    """Make the frame or the plane that panels of a scene ask for, once Blender is done with them.
 
     A list that is open, and a field that is dragged, have handlers of their own. A job adds one,
     and Blender has crashed when that came about while it was in theirs.
     """
+    global _asking_scene
+    _asking_scene = scene.session_uid
     if bpy.app.background:
         _make_frame()
     elif not bpy.app.timers.is_registered(_make_frame):
@@ -401,12 +395,18 @@ def _make_frame() -> None:
     # The job that is under way may be another one: the panel has a button to try again.
     if jobs.running() is not None:
         return
-    # In a timer there is no window, which a job needs.
-    window = bpy.context.window or next(iter(bpy.context.window_manager.windows), None)
-    with bpy.context.temp_override(window=window):
+    windows = list(bpy.context.window_manager.windows)
+    asking = [window for window in windows if window.scene.session_uid == _asking_scene]
+    window = next(iter(asking or windows), None)  # which a job needs
+    with in_window(window) if window else contextlib.nullcontext():
         # Clicks on something else may have come in between.
-        if bpy.ops.accelscope.show_frame.poll():
+        if not bpy.ops.accelscope.show_frame.poll():
+            return
+        try:
             bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
+        except RuntimeError as error:
+            # What the operator has reported is said in the panel already.
+            print_lines(f"AccelScope: {' '.join(str(error).split())}", sys.stderr)
 
 
 @persistent

@@ -16,19 +16,65 @@ from typing import NamedTuple
 
 import bpy
 
+from ..core.progress import SILENT, Progress
 from ..core.scene import Scene
 from . import extraction
-from .extraction import Found, Key, Part
+from .extraction import Found, Key, Part, RawScene
 from .fingerprint import Digest, MeshHash, bytes_of_matrix, fingerprint, movement
-from .mesh_check import refuse_invalid_meshes
 
 Place = tuple[Key, int]
 """A mesh in scope: what it comes from, and the how manyth that Blender lists of it."""
 
 
 @dataclass
+class InLayer:
+    """What is known of how a scene looks in one of its view layers.
+
+    Attributes
+    ----------
+    change : str
+        The first change found, in words; empty if there is none.
+    is_settled : bool
+        Whether `change` is what a comparison would find now.
+    hashes : dict of Place to bytes
+        Of meshes as they are now.
+    unread : set of int
+        Objects whose hashes may be others by now.
+    reading : dict of Place to MeshHash
+        Those begun, not finished.
+    """
+
+    change: str = ""
+    is_settled: bool = False
+    hashes: dict[Place, bytes] = field(default_factory=dict)
+    unread: set[int] = field(default_factory=set)
+    reading: dict[Place, MeshHash] = field(default_factory=dict)
+
+    def settle(self, change: str) -> None:
+        """Note what a comparison has found that has come to its end."""
+        self.change, self.is_settled = change, True
+
+    def forget_unread(self) -> None:
+        """Forget the hashes of what Blender has evaluated since."""
+        places = {*self.hashes, *self.reading}
+        for place in [each for each in places if self.unread.intersection(each[0])]:
+            self.hashes.pop(place, None)
+            self.reading.pop(place, None)
+        self.unread.clear()
+
+    def forget_all(self) -> None:
+        """Forget whatever is known."""
+        self.hashes.clear()
+        self.reading.clear()
+        self.is_settled = False
+
+
+@dataclass
 class Look:
     """How a scene of Blender's looked, and whether it still does.
+
+    Windows may show one scene in several view layers, each of which hides and evaluates objects for
+    itself: what is true in one may be wrong in another.
 
     Attributes
     ----------
@@ -39,137 +85,105 @@ class Look:
         What every object looked like, see :func:`.fingerprint.fingerprint`.
     there : frozenset of int
         All objects that were in the view layer, in scope or not.
-    layer : str
-        The view layer it was last compared with.
-    change : str
-        The first change found, in words; empty if there is none.
-    is_settled : bool
-        Whether `change` is what a comparison would find now.
+    layers : dict of str to InLayer
+        The view layers that it was compared with, by their names.
     """
 
     scope: str
     owner: int
     digests: dict[Key, Digest]
     there: frozenset[int]
-    layer: str
-    change: str = ""
-    is_settled: bool = True
+    layers: dict[str, InLayer] = field(default_factory=dict)
     _ids: frozenset[int] = frozenset()  # all objects in `digests`
-    _hashes: dict[Place, bytes] = field(default_factory=dict)  # of meshes as they are now
-    _unread: set[int] = field(default_factory=set)  # objects whose hashes may be others by now
-    _reading: dict[Place, MeshHash] = field(default_factory=dict)  # begun, not finished
-    _has_read: bool = False  # something, in this comparison
 
     def __post_init__(self) -> None:
         self._ids = frozenset(uid for key in self.digests for uid in key)
-        # Of instances, those without faces are not among the digests, and would be counted here.
-        self._hashes = {
-            (key, 0): each.meshes[0] for key, each in self.digests.items() if not key[0]
-        }
 
     @classmethod
     def at(cls, context: bpy.types.Context, scope: str, parts: list[Part]) -> Look:
         """Return how the scene looks now, of which `parts` was taken."""
         layer = context.view_layer
         there = frozenset(obj.session_uid for obj in layer.objects)
-        return cls(scope, context.scene.session_uid, fingerprint(parts), there, layer.name)
+        look = cls(scope, context.scene.session_uid, fingerprint(parts), there)
+        # Of instances, those without faces are not among the digests, and would be counted here.
+        hashes = {(key, 0): each.meshes[0] for key, each in look.digests.items() if not key[0]}
+        look.layers[layer.name] = InLayer(is_settled=True, hashes=hashes)
+        return look
 
     # What may have changed.
 
+    @property
+    def is_settled(self) -> bool:
+        """Whether nothing may have changed in any view layer that it was compared with."""
+        return all(each.is_settled for each in self.layers.values())
+
     def note_updates(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Mark what Blender says it has evaluated; cheap, looks at nothing."""
+        may_differ, unread = False, set()
         for update in depsgraph.updates:
             changed = update.id.original
             if isinstance(changed, bpy.types.Object):
                 uid = changed.session_uid
                 if update.is_updated_geometry:
-                    self._unread.add(uid)
+                    unread.add(uid)
                 if uid in self._ids or extraction.may_have_geometry(changed):
-                    self.is_settled = False
+                    may_differ = True
             elif isinstance(changed, (bpy.types.Scene, bpy.types.Collection)):
                 # Something was added, removed, hidden or selected.
-                self.is_settled = False
+                may_differ = True
+        for layer in self.layers.values():
+            layer.unread |= unread
+            layer.is_settled &= not may_differ
 
     def note_everything(self) -> None:
         """Mark all there is, since Blender does not say what an undo has brought back."""
-        self._hashes.clear()
-        self._reading.clear()
-        self.is_settled = False
+        for layer in self.layers.values():
+            layer.forget_all()
 
     def is_settled_for(self, view_layer: bpy.types.ViewLayer) -> bool:
-        """Say whether `change` is what a comparison with a view layer would find now."""
-        return self.is_settled and self.layer == view_layer.name
+        """Say whether it is known what a comparison with a view layer would find now."""
+        return view_layer.name in self.layers and self.layers[view_layer.name].is_settled
+
+    def change_in(self, view_layer: bpy.types.ViewLayer) -> str:
+        """Return the first change that the last comparison with a view layer has found, in words.
+
+        Empty if there is none.
+        """
+        return self.layers[view_layer.name].change
 
     # What has changed.
 
     def compare(self, depsgraph: bpy.types.Depsgraph, until: float = math.inf) -> bool:
         """Compare with what would be built over now; say whether that is finished.
 
+        Until it is, nothing is settled of that view layer.
+
         Parameters
         ----------
         until : float
             Time of ``time.monotonic()`` to stop at. The next call goes on.
         """
-        self._forget_unread()
-        self.layer = depsgraph.view_layer.name
-        self._has_read = False
+        layer = self.layers.setdefault(depsgraph.view_layer.name, InLayer())
+        layer.is_settled = False
+        layer.forget_unread()
+        reader = _Reader(layer, until)
         listed: Counter[Key] = Counter()
         with_faces: Counter[Key] = Counter()
-        known: dict[int, bytes] = {}
         is_complete = True
         for found in extraction.meshes_in_scope(depsgraph, self.scope):
-            now = self._hash_of((found.key, listed[found.key]), found, known, until)
+            now = reader.hash_of((found.key, listed[found.key]), found)
             listed[found.key] += 1
             if now is None:
                 is_complete = False
             elif now:
                 change = self._change_of(with_faces[found.key], found, now)
                 if change:
-                    return self._settle(change)
+                    layer.settle(change)
+                    return True
                 with_faces[found.key] += 1
-        if not is_complete:
-            return False
-        return self._settle(self._missing(depsgraph.view_layer, with_faces))
-
-    def _forget_unread(self) -> None:
-        places = {*self._hashes, *self._reading}
-        for place in [each for each in places if self._unread.intersection(each[0])]:
-            self._hashes.pop(place, None)
-            self._reading.pop(place, None)
-        self._unread.clear()
-
-    def _settle(self, change: str) -> bool:
-        self.change, self.is_settled = change, True
-        return True
-
-    def _hash_of(
-        self, place: Place, found: Found, known: dict[int, bytes], until: float
-    ) -> bytes | None:
-        """Return the hash of a mesh, empty if it has no faces; None if there is no time for it."""
-        if place in self._hashes:
-            return self._hashes[place]
-        address = found.obj.data.as_pointer()
-        if address not in known:
-            # However long the list of objects is, every comparison gets some way.
-            if self._has_read and time.monotonic() > until:
-                return None
-            self._has_read = True
-            reading = self._reading.get(place)
-            if reading is None:
-                # As extraction does it: in edit mode the mesh is still in the editor's form.
-                mesh = found.obj.to_mesh()
-                try:
-                    reading = MeshHash(mesh)
-                finally:
-                    found.obj.to_mesh_clear()
-                self._reading[place] = reading
-            value = reading.advance(until)
-            if value is None:
-                return None
-            known[address] = value
-            del self._reading[place]
-        self._hashes[place] = known[address]
-        return known[address]
+        if is_complete:
+            layer.settle(self._missing(depsgraph.view_layer, with_faces))
+        return is_complete
 
     def _change_of(self, number: int, found: Found, now: bytes) -> str:
         """Return what is different about a mesh with faces, in words.
@@ -218,24 +232,91 @@ class Look:
         return ""
 
 
-class Snapshot(NamedTuple):
-    """A scene that was taken from Blender, and how it looked."""
+class _Reader:
+    """Hashes the meshes of one comparison, as long as there is time."""
 
+    def __init__(self, layer: InLayer, until: float) -> None:
+        self._layer, self._until = layer, until
+        self._known: dict[int, bytes] = {}  # by the address of a mesh that several objects share
+        self._has_read = False
+
+    def hash_of(self, place: Place, found: Found) -> bytes | None:
+        """Return the hash of a mesh, empty if it has no faces; None if there is no time for it."""
+        layer, known = self._layer, self._known
+        if place in layer.hashes:
+            return layer.hashes[place]
+        address = found.obj.data.as_pointer()
+        if address not in known:
+            # However long the list of objects is, every comparison gets some way.
+            if self._has_read and time.monotonic() > self._until:
+                return None
+            self._has_read = True
+            reading = layer.reading.get(place)
+            if reading is None:
+                # As extraction does it: in edit mode the mesh is still in the editor's form.
+                mesh = found.obj.to_mesh()
+                try:
+                    reading = MeshHash(mesh)
+                finally:
+                    found.obj.to_mesh_clear()
+                layer.reading[place] = reading
+            value = reading.advance(self._until)
+            if value is None:
+                return None
+            known[address] = value
+            del layer.reading[place]
+        layer.hashes[place] = known[address]
+        return known[address]
+
+
+class Snapshot(NamedTuple):
+    """A scene of ours, and how it looked in Blender.
+
+    Attributes
+    ----------
+    shape : Scene
+        Its triangles alone, whatever camera and lights there are.
+    scene : Scene
+        With those of the moment when it was taken.
+    look : Look
+    """
+
+    shape: Scene
     scene: Scene
     look: Look
 
+
+class Taken(NamedTuple):
+    """A scene that was taken from Blender, and how it looked."""
+
+    raw: RawScene
+    look: Look
+
     @classmethod
-    def take(cls, context: bpy.types.Context, scope: str) -> Snapshot:
-        """Take one now.
+    def at(cls, context: bpy.types.Context, scope: str) -> Taken:
+        """Take one now, in the main thread.
 
         Raises
         ------
         InputError
             When there is nothing to build over, or a mesh is invalid.
         """
-        refuse_invalid_meshes(context.view_layer)
-        parts = extraction.collect(context.evaluated_depsgraph_get(), scope)
-        return cls(extraction.scene_of(context, parts), Look.at(context, scope, parts))
+        raw = RawScene.at(context, scope)
+        return cls(raw, Look.at(context, scope, raw.parts))
+
+    def snapshot(self, progress: Progress = SILENT) -> Snapshot:
+        """Make a scene of it, in any thread.
+
+        Raises
+        ------
+        InputError
+            When there is no triangle that a ray could hit, or too many for the memory.
+        Cancelled
+            From `progress`.
+        """
+        shape = self.raw.shape(progress)
+        progress.report(0, 1, "Looking at triangles")
+        return Snapshot(shape, self.raw.view.onto(shape), self.look)
 
 
 def _object_of(uid: int, view_layer: bpy.types.ViewLayer) -> bpy.types.Object | None:

@@ -44,10 +44,11 @@ def point(descriptor: int, to: int | None) -> None:
 
 
 @contextlib.contextmanager
-def standard_output_kept_clean() -> Iterator[None]:
-    """Discard what others print to standard output meanwhile."""
+def others_kept_silent() -> Iterator[None]:
+    """Discard what others print meanwhile: it names things of a file as they are in there."""
     sys.stdout.flush()
-    with pointed_away(1, None):
+    sys.stderr.flush()
+    with pointed_away(1, None), pointed_away(2, None):
         yield
 
 
@@ -70,10 +71,17 @@ def is_standard_output(path: str | None) -> bool:
         return False
 
 
-def stream_to_copy_of(descriptor: int) -> TextIO:
-    """Return a stream to where a descriptor points now."""
-    copy = os.dup(descriptor)
-    return os.fdopen(copy, "w", encoding="utf-8", errors="backslashreplace")
+def stream_like(stream: TextIO, descriptor: int) -> TextIO:
+    """Return a stream to where a descriptor points now, in the encoding of another stream.
+
+    What that encoding does not have is written as an escape: a name is no reason to fail.
+    """
+    return io.TextIOWrapper(
+        os.fdopen(os.dup(descriptor), "wb"),
+        encoding=stream.encoding or "utf-8",
+        errors="backslashreplace",
+        line_buffering=getattr(stream, "line_buffering", False),
+    )
 
 
 @contextlib.contextmanager
@@ -94,7 +102,7 @@ def own_standard_output(*, others_to: int | None, until_exit: bool) -> Iterator[
     with contextlib.ExitStack() as undone:
         if descriptor is not None:
             # What C has not written yet is not flushed: it is none of ours and follows the others.
-            own: TextIO = stream_to_copy_of(descriptor)
+            own: TextIO = stream_like(stream, descriptor)
             if until_exit:
                 point(descriptor, others_to)
             else:
@@ -120,7 +128,7 @@ def own_standard_error(*, until_exit: bool) -> Iterator[None]:
         yield
         return
     with contextlib.ExitStack() as undone:
-        own = stream_to_copy_of(descriptor)
+        own = stream_like(stream, descriptor)
         if until_exit:
             point(descriptor, None)
             sys.stderr = own

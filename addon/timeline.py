@@ -12,8 +12,8 @@ import bpy
 from ..core.errors import InputError
 from ..core.progress import Progress
 from ..core.scene import Scene
-from . import extraction
-from .snapshot import Look
+from .snapshot import Look, Taken
+from .standard_streams import others_kept_silent
 
 PATIENCE = 0.1  # seconds between two looks at whether the work was cancelled
 
@@ -23,38 +23,29 @@ def frame_range(scene: bpy.types.Scene) -> range:
     return range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
 
 
-def scene_at(context: bpy.types.Context, scope: str, number: int) -> Scene:
-    """Show a frame and return its scene.
+def taken_at(context: bpy.types.Context, scope: str, number: int) -> Taken:
+    """Show a frame and take its scene.
 
     Raises
     ------
     InputError
-        When there is no triangle that a ray could hit.
+        When there is no mesh with faces, or one is invalid.
     """
     context.scene.frame_set(number)
-    return extraction.extract(context, scope)
+    return Taken.at(context, scope)
 
 
-def frames(
-    context: bpy.types.Context, scope: str, numbers: Iterable[int]
-) -> Generator[tuple[int, Scene]]:
-    """Yield number and scene of frames, then go back to the frame that was shown before.
-
-    Parameters
-    ----------
-    scope : {"visible", "selected"}
+def scene_at(context: bpy.types.Context, scope: str, number: int) -> Scene:
+    """Show a frame and return its scene, for the command line.
 
     Raises
     ------
     InputError
-        When a frame has no triangle that a ray could hit.
+        When there is no triangle that a ray could hit, or a mesh is invalid.
     """
-    shown = Place(context.scene)
-    try:
-        for number in numbers:
-            yield number, scene_at(context, scope, number)
-    finally:
-        shown.restore()
+    with others_kept_silent():
+        taken = taken_at(context, scope, number)
+    return taken.snapshot().scene
 
 
 class Place:
@@ -96,7 +87,7 @@ class Frames:
         self.shown = Place(context.scene)
         self._frames = self._take(context, scope, numbers, watch)
         # One frame in hand, so that memory does not grow with the length of the animation.
-        self._ready: queue.Queue[tuple[int, Scene] | InputError | None] = queue.Queue(maxsize=1)
+        self._ready: queue.Queue[tuple[int, Taken] | InputError | None] = queue.Queue(maxsize=1)
 
     def _take(
         self,
@@ -104,16 +95,15 @@ class Frames:
         scope: str,
         numbers: Iterable[int],
         watch: Callable[[Look], None],
-    ) -> Generator[tuple[int, Scene] | None]:
+    ) -> Generator[tuple[int, Taken] | None]:
         """Yield number and scene of every frame, then None for each that is looked at again."""
         looks: dict[int, Look] = {}
         is_touched = False
         for number in numbers:
-            context.scene.frame_set(number)
-            parts = extraction.collect(context.evaluated_depsgraph_get(), scope)
-            looks[number] = Look.at(context, scope, parts)
-            watch(looks[number])
-            yield number, extraction.scene_of(context, parts)
+            taken = taken_at(context, scope, number)
+            looks[number] = taken.look
+            watch(taken.look)
+            yield number, taken
             # What was edited and is not evaluated yet: in the next frame it could not be told from
             # what the animation does.
             context.evaluated_depsgraph_get()
@@ -162,7 +152,8 @@ class Frames:
                 return
             if isinstance(found, InputError):
                 raise found
-            yield found
+            number, taken = found
+            yield number, taken.snapshot(progress).scene
 
     def restore(self) -> None:
         """Show the frame again that was shown before; in the main thread."""
@@ -174,8 +165,9 @@ def refuse_edited(context: bpy.types.Context, number: int, look: Look) -> None:
     """Raise InputError if a frame does not look as it did."""
     if context.scene.frame_current != number:
         context.scene.frame_set(number)
-    look.compare(context.evaluated_depsgraph_get())
-    if look.change:
+    depsgraph = context.evaluated_depsgraph_get()
+    look.compare(depsgraph)
+    if change := look.change_in(depsgraph.view_layer):
         raise InputError(
-            f"{look.change} in frame {number} while frames were compared; start it again"
+            f"{change} in frame {number} while frames were compared; start it again", change
         )

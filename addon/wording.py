@@ -1,7 +1,8 @@
 """Wording: messages of the core as the panel says them.
 
 The core names settings by their keys, as the command line takes them: ``lower max_depth or choose
-storage=pointer``. In the panel they have labels: "lower Max Depth or choose Storage Pointer".
+storage=pointer``. In the panel they have labels: "lower Max Depth or choose Storage Pointer". What
+is not ours stays as it is: names of objects and files, values, lines of Python.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import functools
 import re
 from typing import Any, NamedTuple
 
+from ..core.errors import InputError, reason_of
+from ..core.printing import printable
 from ..core.settings import key_of
 from .generated import name_of
 
@@ -19,6 +22,9 @@ ABBREVIATIONS = {"bsp", "bvh", "kdtree"}
 
 KINDS = "structure|rays|sample scene"
 
+QUOTED = r"""\[(?:'[^']*'|"[^"]*")\]|"[^"]*"|(?<!\w)'[^']*[^\w'][^']*'(?!\w)"""
+"""What stays as it is: a key of Python's, and what is in quotes. The core puts the key of a setting
+in single quotes, too; that is one word alone."""
 
 BETWEEN_WORDS = re.compile(r"(?<!\d)\s+|\s+(?!\d{3}(?!\d))")
 """Where a line may end: not in a number such as 16 161."""
@@ -52,15 +58,34 @@ def names() -> Names:
     return found
 
 
-def in_panel(message: str) -> str:
-    """Return a message with labels in place of keys, on one line.
+def refusal_in_panel(error: InputError | MemoryError) -> str:
+    """Return what an error says, as the panel says it."""
+    return in_panel(reason_of(error), *getattr(error, "names", ()))
+
+
+def in_panel(message: str, *names: str) -> str:
+    """Return a message with labels in place of keys, on one line that steers no terminal.
 
     Parameters
     ----------
     message : str
         Of an InputError, or what work says it is doing.
+    *names : str
+        What in it stays as it is, beside what is quoted.
     """
     text = " ".join(message.split())
+    # The longest first: one may be the beginning of another.
+    given = sorted((" ".join(name.split()) for name in names if name.strip()), key=len)[::-1]
+    kept = [*(rf"(?<!\w){re.escape(name)}(?!\w)" for name in given), QUOTED]
+    said, begin = "", 0
+    for match in re.finditer("|".join(kept), text):
+        said += _worded(text[begin : match.start()]) + match[0]
+        begin = match.end()
+    return printable(said + _worded(text[begin:]))
+
+
+def _worded(text: str) -> str:
+    """Return what is ours of a message with labels in place of keys."""
     text = re.sub(rf"^(?:{KINDS}) (\w+):", _entry_before_colon, text)
     text = re.sub(r"(?<![\w/.])(\w+)=([\w.-]+)", _setting_and_value, text)
     text = re.sub(r"'(\w+)'", _quoted_setting, text)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 import time
 
+from .printing import print_lines, printable
+
 
 class Cancelled(Exception):
     """The user stopped the work; the previous result stays."""
@@ -45,7 +47,7 @@ class TerminalProgress(Progress):
 
     def announce(self, text: str) -> None:
         """Print the text on a line of its own."""
-        print(f"accelscope: {text}", file=sys.stderr)
+        print_lines(f"accelscope: {text}", sys.stderr)
 
     def report(self, done: float, total: float, text: str) -> None:
         """Draw the bar, at most ten times a second; wipe it when the work is finished."""
@@ -59,7 +61,7 @@ class TerminalProgress(Progress):
             return
         self._drawn = now
         filled = int(30 * done / total) if total else 0
-        line = f"\r{text:<40.40} [{'#' * filled:<30}] {100 * done / max(total, 1):3.0f}%"
+        line = f"\r{printable(text):<40.40} [{'#' * filled:<30}] {100 * done / max(total, 1):3.0f}%"
         sys.stderr.write("\r" + " " * 80 + "\r" if finished else line)
         sys.stderr.flush()
 

@@ -205,7 +205,7 @@ class Scene:
         """
         triangles = np.array(triangles, dtype=np.float64, order="C").reshape(-1, 3, 3)
         if len(triangles) == 0:
-            raise InputError(f"{name} has no triangles; choose a mesh with faces")
+            raise InputError(f"{name} has no triangles; choose a mesh with faces", name)
         refuse_if_unnumbered(len(triangles), f"triangles of {name}", "use a part of it")
         # A float32 file may hold values up to 3e38; what is larger than we can compute with is
         # treated like infinity.
@@ -213,7 +213,7 @@ class Scene:
         kept = np.flatnonzero(usable).astype(np.int32)
         dropped = len(triangles) - len(kept)
         if len(kept) == 0:
-            raise InputError(f"every vertex of {name} is NaN or infinite; repair the mesh")
+            raise InputError(f"every vertex of {name} is NaN or infinite; repair the mesh", name)
         if dropped:
             triangles = np.ascontiguousarray(triangles[kept])
         if object_ids is None:
@@ -263,7 +263,9 @@ def _refuse_if_all_degenerate(
     # Scaled to the unit box first: at 1e-200 the cross product would underflow to zero.
     scale = float((upper - lower).max())
     if 0.0 < scale < SMALLEST:
-        raise InputError(f"{name} is {scale:.1g} units large, too small to compute with; scale it")
+        raise InputError(
+            f"{name} is {scale:.1g} units large, too small to compute with; scale it", name
+        )
     if scale > 0.0:
         unit = (triangles - lower) / scale
         if np.cross(unit[:, 1] - unit[:, 0], unit[:, 2] - unit[:, 0]).any():
@@ -271,4 +273,6 @@ def _refuse_if_all_degenerate(
     count = (
         "its only triangle has" if len(triangles) == 1 else f"all {len(triangles)} triangles have"
     )
-    raise InputError(f"{name}: {count} zero area, so no ray can hit; check the object's scale")
+    raise InputError(
+        f"{name}: {count} zero area, so no ray can hit; check the object's scale", name
+    )

@@ -192,7 +192,7 @@ def check(settings: T, where: str, called: Callable[[dataclasses.Field], str] = 
         meta = field.metadata
         if meta["choices"] and value not in meta["choices"]:
             known = ", ".join(meta["choices"])
-            raise InputError(f"{where}: {called(field)} is one of {known}, not '{value}'")
+            raise InputError(f"{where}: {called(field)} is one of {known}, not '{value}'", value)
         if isinstance(value, (str, bool)):
             continue
         for component in value if isinstance(value, tuple) else (value,):
@@ -240,7 +240,7 @@ def _parse_value(field: dataclasses.Field, text: str, where: str) -> Any:
             return _parse_triple(text, type(default[0]))
     except (ValueError, KeyError, OverflowError):
         raise InputError(
-            f"{where}: {key_of(field)} takes {kind_in_words(field)}, not '{text}'"
+            f"{where}: {key_of(field)} takes {kind_in_words(field)}, not '{text}'", text
         ) from None
     return text
 

@@ -82,7 +82,9 @@ def _complaining(path: str | Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
+        raise InputError(
+            f"cannot write {path}: {error.strerror}; choose another place", str(path)
+        ) from None
 
 
 def _prepared(path: str | Path) -> Path:

@@ -12,9 +12,10 @@ from bpy.props import BoolProperty
 
 from ..addon import generated, sample_objects
 from ..addon.viewport import look_at
-from ..addon.wording import in_panel
+from ..addon.wording import refusal_in_panel
 from ..core.errors import InputError
 from ..core.outlines import corners_of
+from ..core.printing import printable
 from ..core.settings import has_effect
 from ..sample_scenes import samples
 
@@ -87,7 +88,7 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
             settings: Any = generated.read(self.group(), sample.Settings, sample.label)
             scene = sample.generate(settings)
         except (InputError, MemoryError) as error:
-            self.report({"ERROR"}, in_panel(str(error)) or "Out of memory; lower the settings")
+            self.report({"ERROR"}, refusal_in_panel(error))
             return {"CANCELLED"}
         text = f"{sample.label}: {len(scene)} triangles"
         others = sample_objects.hide_others(context) if self.only else []
@@ -98,7 +99,7 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
         if context.area is not None and context.area.type == "VIEW_3D":
             box = np.concatenate([scene.lower, scene.upper])
             look_at(context.area, corners_of(box[None])[0])
-        self.report({"INFO"}, text)
+        self.report({"INFO"}, printable(text))
         return {"FINISHED"}
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..addon import extraction, jobs, properties, session
-from ..addon.snapshot import Snapshot
+from ..addon.outcome import Outcome
 from ..core.progress import Progress
 
 
@@ -40,12 +40,12 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
 
         root = context.scene.accelscope
         structure, settings = properties.structure_and_settings(root)
-        snapshot = Snapshot.take(context, root.scope)
-        session.current.watch(snapshot.look)
+        taken = session.current.take(context, root.scope)
 
-        def work(progress: Progress) -> session.Outcome:
+        def work(progress: Progress) -> Outcome:
+            snapshot = taken.snapshot(progress)
             built = build(snapshot.scene, structure, settings, progress)
-            return session.Outcome.of(snapshot, built, progress)
+            return Outcome.of(snapshot, built, progress)
 
         return work
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ..addon import extraction, jobs, properties, session, timeline
-from ..addon.snapshot import Look, Snapshot
+from ..addon.outcome import Outcome
+from ..addon.snapshot import Look
 from ..core.errors import InputError
 from ..core.progress import Progress
 
@@ -32,9 +33,11 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         if jobs.keep_waiting(cls):
             return False
-        if properties.is_loaded() and context.scene.accelscope.structure != "bvh":
-            cls.poll_message_set("Choose BVH as the structure: others cannot be refitted")
-            return False
+        if properties.is_loaded():
+            structure = properties.structure_chosen(context.scene.accelscope)
+            if not structure.can_be_refitted:
+                cls.poll_message_set("Choose BVH as the structure: others cannot be refitted")
+                return False
         if not extraction.has_members(context.view_layer, extraction.VISIBLE):
             cls.poll_message_set("There is no visible mesh object to build over")
             return False
@@ -52,22 +55,24 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
         if structure is not BVH:
             raise InputError(f"only a BVH can be refitted, not {structure.label}")
         # What is shown now is what will be shown afterwards: the tree of this frame.
-        snapshot = Snapshot.take(context, root.scope)
+        taken = session.current.take(context, root.scope)
         numbers = timeline.frame_range(context.scene)
 
         def watch(look: Look) -> None:
-            session.current.watch(snapshot.look, look)
+            session.current.watch(taken.look, look)
 
-        self.frames = timeline.Frames(context, root.scope, numbers, watch)
+        # A thread must not touch the operator itself.
+        self.frames = frames = timeline.Frames(context, root.scope, numbers, watch)
 
-        def work(progress: Progress) -> tuple[Comparison, session.Outcome]:
+        def work(progress: Progress) -> tuple[Comparison, Outcome]:
             lines = RandomLinesSettings(count=20_000)
-            scenes = self.frames.iterate(progress)
+            scenes = frames.iterate(progress)
             found = animate(scenes, settings, RandomLinesWorkload, lines, progress=progress)
+            snapshot = taken.snapshot(progress)
             built = build(snapshot.scene, BVH, settings, progress)
             assert isinstance(built.structure, BVH)
             told = dataclasses.replace(built, structure=built.structure.with_history(found.history))
-            return found, session.Outcome.of(snapshot, told, progress)
+            return found, Outcome.of(snapshot, told, progress)
 
         return work
 

@@ -6,8 +6,9 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ..addon import session
-from ..addon.wording import in_panel
+from ..addon.wording import refusal_in_panel
 from ..core.errors import InputError
+from ..core.printing import printable
 
 FORMATS = [
     ("JSON", "JSON", "One record with everything, as the command line writes it"),
@@ -60,9 +61,9 @@ class ACCELSCOPE_OT_export(bpy.types.Operator):
         try:
             write(path, [record, *session.current.timeline])
         except InputError as error:
-            self.report({"ERROR"}, in_panel(str(error)))
+            self.report({"ERROR"}, refusal_in_panel(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"Wrote {path}")
+        self.report({"INFO"}, printable(f"Wrote {path}"))
         return {"FINISHED"}
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 
 from ..addon import jobs, session
-from ..addon.snapshot import Snapshot
+from ..addon.outcome import Outcome
 from ..core.progress import Progress
 
 
@@ -29,13 +29,14 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
         if jobs.keep_waiting(cls):
             return False
         built = session.current.built
-        if built is None or built.structure.name != "bvh":
+        if built is None or not built.structure.can_be_refitted:
             cls.poll_message_set("Build a BVH first")
             return False
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
         from ..core.evaluation.experiment import Built
+        from ..core.kernels import announcing
         from ..core.structures.bvh import BVH
         from ..core.structures.bvh.refit import refit
 
@@ -44,16 +45,17 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
         assert known is not None
         tree = built.structure
         assert isinstance(tree, BVH)
-        snapshot = Snapshot.take(context, known.look.scope)
-        session.current.watch(snapshot.look)
+        taken = session.current.take(context, known.look.scope)
         assert session.current.record is not None
         before = session.current.record["statistics"]["sah"]
 
-        def work(progress: Progress) -> tuple[float, session.Outcome]:
-            start = time.perf_counter()
-            structure = refit(tree, snapshot.scene, progress)
+        def work(progress: Progress) -> tuple[float, Outcome]:
+            snapshot = taken.snapshot(progress)
+            with announcing(progress, "refit"):
+                start = time.perf_counter()
+                structure = refit(tree, snapshot.scene, progress)
             refitted = Built(structure, time.perf_counter() - start)
-            return before, session.Outcome.of(snapshot, refitted, progress, method="refit")
+            return before, Outcome.of(snapshot, refitted, progress, method="refit")
 
         return work
 

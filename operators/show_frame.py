@@ -21,7 +21,7 @@ class ACCELSCOPE_OT_show_frame(jobs.JobOperator, bpy.types.Operator):
 
     job_text = "Making the frame"
     refused_text = "Not shown"
-    head_start = 0.2
+    head_start = 0.1
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -37,30 +37,38 @@ class ACCELSCOPE_OT_show_frame(jobs.JobOperator, bpy.types.Operator):
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
+        from ..core.kernels import announcing
+
         root = context.scene.accelscope
         showcase, view = session.current.showcase, session.current.split_view
         assert view is not None
         key, axis = showcase.wanted(root.exhibits), view.wanted(root.split_plane)
 
         def work(progress: Progress) -> tuple[Any, ...]:
-            frames, axes = {}, {}
             if axis is not None and axis not in view.axes:
-                axes[axis] = view.make(axis, progress)
+                # Kept at once: a frame that fails, or is not waited for, is no fault of the plane.
+                view.axes[axis] = view.make(axis, progress)
+            frames = {}
             if key is not None and key not in showcase.frames:
-                frames[key] = showcase.make(key, progress)
-            return showcase, frames, view, axes
+                with announcing(progress, "the exhibit"):
+                    frames[key] = showcase.make(key, progress)
+            return showcase, frames
 
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        showcase, frames, view, axes = result
+        showcase, frames = result
         for key, frame in frames.items():
             showcase.keep(key, frame)
-        view.axes.update(axes)
         # The panels may ask for something else by now.
         session.current.show_exhibit(context)
         session.current.show_plane(context)
         return ""
+
+    def give_up(self) -> None:
+        view, root = session.current.split_view, bpy.context.scene.accelscope
+        if view is not None and view.wanted(root.split_plane) in view.axes:
+            session.current.show_plane(bpy.context)
 
 
 CLASSES = (ACCELSCOPE_OT_show_frame,)

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 import numpy as np
 from bpy.props import IntProperty
 
 from ..addon import jobs, properties, session
+from ..core.errors import InputError
+from ..core.progress import Progress
 
 
-class ACCELSCOPE_OT_show_links(bpy.types.Operator):
+class ACCELSCOPE_OT_show_links(jobs.JobOperator, bpy.types.Operator):
     bl_idname = "accelscope.show_links"
     bl_label = "Show Links"
     bl_description = (
         "Draw the links (ropes) of the leaf at the 3D cursor to its neighbours. "
-        "Outside of all leaves, draw none"
+        "Outside of all leaves, draw none. Esc stops it"
     )
     bl_options = {"REGISTER"}
+
+    job_text = "Finding links"
+    refused_text = "Not shown"
+    head_start = 0.05
 
     leaf: IntProperty(  # type: ignore[valid-type]
         name="Leaf",
@@ -38,28 +46,39 @@ class ACCELSCOPE_OT_show_links(bpy.types.Operator):
             return False
         return True
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..core.evaluation.ray_path import leaf_at
+    def prepare(self, context: bpy.types.Context) -> jobs.Work:
+        from ..core.evaluation.ray_path import leaf_at, links_of
+        from ..core.kernels import announcing
 
-        current = session.current
-        assert current.built is not None
-        assert current.cells is not None
-        number = self.leaf
+        built, cells = session.current.built, session.current.cells
+        assert built is not None
+        assert cells is not None
+        structure, asked = built.structure, self.leaf
+        cursor = np.array(context.scene.cursor.location)
+
+        def work(progress: Progress) -> tuple[int, Any, int]:
+            progress.report(0, 1, "Finding the leaf")
+            number: int | None = asked
+            if asked < 0:
+                number = leaf_at(cells, cursor)
+            elif not cells.is_leaf[cells.places_of(np.array([asked]))].any():
+                raise InputError(f"there is no leaf with the number {asked}")
+            if number is None:
+                return -1, None, 0
+            progress.report(0, 1, "Finding links")
+            with announcing(progress, "links"):
+                picture = links_of(structure, cells, number, progress=progress)
+            return number, picture, len(structure.links(number))
+
+        return work
+
+    def finish(self, context: bpy.types.Context, result: Any) -> str:
+        number, picture, count = result
+        session.current.set_links(number, picture)
+        session.current.draw_paths(properties.event_shown(context.scene.accelscope))
         if number < 0:
-            cursor = context.scene.cursor.location
-            found = leaf_at(current.cells, np.array(cursor))
-            number = -1 if found is None else found
-        elif not current.cells.is_leaf[current.cells.numbers == number].any():
-            self.report({"ERROR"}, f"There is no leaf with the number {number}")
-            return {"CANCELLED"}
-        current.set_linked_leaf(number)
-        current.draw_paths(properties.event_shown(context.scene.accelscope))
-        if number < 0:
-            self.report({"INFO"}, "There is no leaf at the 3D cursor")
-        else:
-            links = len(current.built.structure.links(number))
-            self.report({"INFO"}, f"Leaf {number} has {links} links")
-        return {"FINISHED"}
+            return "There is no leaf at the 3D cursor"
+        return f"Leaf {number} has {count} links"
 
 
 CLASSES = (ACCELSCOPE_OT_show_links,)

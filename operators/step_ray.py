@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..addon import jobs, properties, session
+from ..core.printing import printable
 
 
 class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
@@ -33,7 +34,8 @@ class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
         steps = built.structure.record(traced.rays, index)
         session.current.set_steps(index, steps)
         session.current.draw_paths(properties.event_shown(context.scene.accelscope))
-        self.report({"INFO"}, f"Ray {index}: {len(steps)} events; {session.current.hit_text()}")
+        text = f"Ray {index}: {len(steps)} events; {session.current.hit_text()}"
+        self.report({"INFO"}, printable(text))
         return {"FINISHED"}
 
 

@@ -7,6 +7,8 @@ from typing import Any
 import bpy
 
 from ..addon import jobs, properties, session
+from ..addon.outcome import seen_from
+from ..addon.view import View
 from ..core.progress import Progress
 
 
@@ -35,11 +37,15 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
         from ..core.evaluation.experiment import make_record, trace
 
         workload, settings = properties.workload_and_settings(context.scene.accelscope)
-        built = session.current.built_with_view_of(context)
+        built, snapshot = session.current.built, session.current.snapshot
+        assert built is not None
+        assert snapshot is not None
+        view = View.of(context)
 
         def work(progress: Progress) -> tuple[Any, ...]:
-            traced = trace(built, workload, settings, progress=progress)
-            return traced, make_record(built, traced, progress)
+            seen = seen_from(built, snapshot.shape, view)
+            traced = trace(seen, workload, settings, progress=progress)
+            return traced, make_record(seen, traced, progress)
 
         return work
 

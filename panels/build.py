@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, session
+from ..addon import jobs, properties, session
 from ..core.kernels import HAS_NUMBA
 from .base import SidebarPanel, draw_job, draw_settings, draw_wrapped
 
@@ -23,11 +23,9 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
             text = "Slow: pure Python (install the full extension)"
             draw_wrapped(layout, text, "ERROR", width)
         layout.prop(root, "scope", expand=True)
-        from ..core.structures import structure_named
-
         layout.prop(root, "structure")
-        group = getattr(root.structures, root.structure)
-        draw_settings(layout, group, structure_named(root.structure).Settings)
+        structure = properties.structure_chosen(root)
+        draw_settings(layout, getattr(root.structures, root.structure), structure.Settings)
 
         job = jobs.running()
         if job:
@@ -37,7 +35,7 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
             row.scale_y = 1.4
             row.operator("accelscope.build")
             row.operator("accelscope.clear", text="", icon="TRASH")
-            if root.structure == "bvh":
+            if structure.can_be_refitted:
                 row = layout.row(align=True)
                 row.operator("accelscope.refit")
                 row.operator("accelscope.compare_over_timeline")

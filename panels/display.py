@@ -29,14 +29,18 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
     ) -> None:
         display = root.display
         layout.active = display.show
-        column = layout.column(align=True)
-        draw_range(column, display, "depth_min")
-        draw_range(column, display, "depth_max")
+        drawable = session.current.drawable
+        if drawable is None:
+            # There is no depth yet that the fields could stand at.
+            layout.label(text="Nothing has been built yet")
+        else:
+            column = layout.column(align=True)
+            draw_range(column, display, "depth_min")
+            draw_range(column, display, "depth_max")
         column = layout.column(heading="Cells")
         column.prop(display, "leaves_only")
         column.prop(display, "hide_empty")
         column.prop(display, "tint_empty")
-        drawable = session.current.drawable
         row = column.row()
         row.active = drawable is not None and drawable.cells.planes is not None
         row.prop(display, "planes")
@@ -47,7 +51,8 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
         step.active = display.replay
         draw_range(step, display, "step", "")
         if drawable is not None and drawable.n_planes == 0 and drawable.extent.last_step is None:
-            text = "Planes and Replay: of kd-trees, octrees and BSP trees"
+            labels = [each.label for each in properties.structures_cut_by_planes()]
+            text = f"Planes and Replay: of {', '.join(labels)}"
             draw_wrapped(layout, text, "INFO", context.region.width)
         column = layout.column()
         column.prop(display, "colour_by")

@@ -6,7 +6,8 @@ from typing import Any
 
 import bpy
 
-from .base import SidebarPanel
+from ..addon import jobs
+from .base import SidebarPanel, draw_job
 
 
 class VIEW3D_PT_accelscope_output(SidebarPanel, bpy.types.Panel):
@@ -16,7 +17,12 @@ class VIEW3D_PT_accelscope_output(SidebarPanel, bpy.types.Panel):
     def draw_loaded(
         self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any
     ) -> None:
-        layout.operator("accelscope.bake", icon="MESH_CUBE")
+        job = jobs.running()
+        if job:
+            # Here too, since the panel above may be scrolled out of sight.
+            draw_job(layout, job, context.region.width)
+        else:
+            layout.operator("accelscope.bake", icon="MESH_CUBE")
         row = layout.row(align=True)
         row.operator("accelscope.export", text="Export JSON", icon="EXPORT").format = "JSON"
         row.operator("accelscope.export", text="Export CSV").format = "CSV"

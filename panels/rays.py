@@ -49,10 +49,11 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
             row.scale_y = 1.4
             row.operator("accelscope.trace")
 
-        column = layout.column(align=True)
-        draw_range(column, root, "ray_index")
-        column.operator("accelscope.step_ray")
         current = session.current
+        column = layout.column(align=True)
+        if current.traced is not None:  # before, there is no ray that the field could stand at
+            draw_range(column, root, "ray_index")
+        column.operator("accelscope.step_ray")
         if current.steps is not None:
             self.draw_walk(context, layout, root)
         column = layout.column(align=True)

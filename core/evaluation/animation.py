@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..errors import InputError
+from ..kernels import announcing
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..structures.bvh import BVH
@@ -81,7 +82,8 @@ class Comparison:
         original = self.original or rebuilt.structure
         assert isinstance(original, BVH)
         if self.original is None:
-            refit(original, scene)  # compiles, which is not to be measured
+            with announcing(self.progress, "refit"):
+                refit(original, scene)  # compiles, which is not to be measured
         start = time.perf_counter()
         moved = refit(original, scene, self.progress)
         both = Built(moved, time.perf_counter() - start), rebuilt

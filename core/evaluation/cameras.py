@@ -90,7 +90,8 @@ def camera_rays(camera: Camera, width: int, height: int, corner: bool = False) -
     if not camera.has_rays:
         raise InputError(
             f"no rays can be made of the scene's camera '{camera.name}', which is {camera.kind}; "
-            "make it perspective or orthographic, choose another, or set From and At of the rays"
+            "make it perspective or orthographic, choose another, or set From and At of the rays",
+            camera.name,
         )
     forward, right, up = camera_axes(camera)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..geometry.rays import Rays
 from ..outlines import arrows, box_segments, stars, wires_of
+from ..progress import SILENT, Progress
 from ..structures.cells import Cells
 from ..structures.contract import Structure
 from ..structures.steps import (
@@ -253,7 +254,11 @@ def leaf_at(cells: Cells, point: np.ndarray) -> int | None:
 
 
 def links_of(
-    structure: Structure, cells: Cells, number: int, palette: Palette = ON_DARK
+    structure: Structure,
+    cells: Cells,
+    number: int,
+    palette: Palette = ON_DARK,
+    progress: Progress = SILENT,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the links of a leaf to draw: its edges, and an arrow to every cell it is linked to.
 
@@ -263,14 +268,20 @@ def links_of(
     -------
     segments : (k, 2, 3) float64
     colours : (k, 4) float64
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
     links = structure.links(number)
     centres = 0.5 * (cells.boxes[:, :3] + cells.boxes[:, 3:])
     size = (cells.boxes[:, 3:] - cells.boxes[:, :3]).max(axis=1)
-    linked = [
-        np.flatnonzero((np.abs(centres - end) <= 1e-9 * size[:, None]).all(axis=1))[:1]
-        for end in links[:, 1]
-    ]
+    linked = []
+    for done, end in enumerate(links[:, 1]):
+        progress.report(done, len(links), "Finding what is linked")
+        is_there = (np.abs(centres - end) <= 1e-9 * size[:, None]).all(axis=1)
+        linked.append(np.flatnonzero(is_there)[:1])
     pieces = [
         (wires_of(cells, np.unique(np.concatenate([[], *linked])).astype(int)), palette.linked),
         (wires_of(cells, cells.places_of(np.array([number]))), palette.leaf),

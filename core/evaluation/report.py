@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..memory import in_words
+from ..printing import printable
 from ..settings import to_json
 from ..structures import structure_named
 from ..writing import write_bytes
@@ -230,11 +231,6 @@ def table(records: Sequence[Record]) -> str:
 def failure(record: Record) -> str:
     """Return what stands in a table instead of the figures of a failed record."""
     return f"failed: {record['error']}"
-
-
-def printable(text: str) -> str:
-    """Return a text that a terminal only shows: what would steer it is written as an escape."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def aligned(rows: Sequence[Sequence[str]], text_columns: int = 1) -> str:

@@ -38,7 +38,8 @@ def with_shadow_rays(scene: Scene, primary: Rays) -> Rays:
     if not scene.lights:
         raise InputError(
             f"{scene.name} has no light, so there are no shadow rays; add a light "
-            f"({', '.join(LIGHT_KINDS)}), or leave the shadow rays out"
+            f"({', '.join(LIGHT_KINDS)}), or leave the shadow rays out",
+            scene.name,
         )
     hits, _ = BVH.build(scene, BVH.Settings()).trace(primary)
     hit = np.flatnonzero(hits.primitive >= 0)

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, naming
 from ..geometry.rays import Rays
 from ..memory import refuse_if_too_large
 from ..scene import ORTHOGRAPHIC, Camera, Scene
@@ -178,7 +178,8 @@ def camera_of(scene: Scene, settings: CameraSettings) -> Camera:
         if camera.kind == ORTHOGRAPHIC:
             raise InputError(
                 f"rays camera: the scene's camera '{camera.name}' is orthographic and has no angle "
-                "of view; leave 'fov' at 0"
+                "of view; leave 'fov' at 0",
+                camera.name,
             )
         camera = dataclasses.replace(camera, fov=settings.fov, fit="larger")
     return camera
@@ -274,12 +275,16 @@ class FileWorkload(Workload):
     @staticmethod
     def refuse_impossible(settings: FileSettings) -> None:
         """Refuse a file that has no rays, by what it says of its arrays."""
-        headers_of(path_of(settings))
+        path = path_of(settings)
+        with naming(str(path)):
+            headers_of(path)
 
     @staticmethod
     def make(scene: Scene, settings: FileSettings) -> Rays:
         """Read the rays; they are the same for every scene."""
-        return read_rays(path_of(settings))
+        path = path_of(settings)
+        with naming(str(path)):
+            return read_rays(path)
 
 
 def path_of(settings: FileSettings) -> Path:

@@ -17,6 +17,9 @@ import numpy as np
 from ..ranges import ranges
 from .ears import cut_off_ears
 
+CUTTING = "the cutting of polygons"
+"""What the kernels of this do, for the announcement that they are compiled."""
+
 BLOCK = 1 << 16  # polygons looked at at a time, so that the corners stay in the processor's cache
 
 

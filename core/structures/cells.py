@@ -92,6 +92,10 @@ class Cells:
         places = np.argsort(self.numbers, kind="stable")
         return self.numbers[places], places
 
+    def sort_numbers(self) -> None:
+        """Sort all numbers now, so that no call of :meth:`places_of` has to."""
+        _ = self._by_number
+
     def places_of(self, numbers: np.ndarray) -> np.ndarray:
         """Return the places of the cells with some numbers, ascending, each once.
 

@@ -300,6 +300,10 @@ class Structure(abc.ABC):
     has_mailbox: bool = False
     has_links: ClassVar[bool] = False
     """Whether :meth:`links` knows the neighbours of leaves."""
+    is_cut_by_planes: ClassVar[bool] = False
+    """Whether :meth:`cells` come with planes, and with the steps in which those were chosen."""
+    can_be_refitted: ClassVar[bool] = False
+    """Whether it can follow triangles that have moved, instead of being built anew."""
 
     def __init__(self, scene: Scene, settings: Any, arrays: Any, triangles: Triangles) -> None:
         self.scene = scene

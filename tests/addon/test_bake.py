@@ -11,6 +11,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from accelscope.addon import bake, selection  # noqa: E402
+from accelscope.addon.drawable import make_drawable  # noqa: E402
 from accelscope.core.colours import INNER_COLOUR, depth_colours, ramp  # noqa: E402
 from accelscope.core.errors import InputError  # noqa: E402
 from accelscope.core.outlines import SIDES, corners_of  # noqa: E402
@@ -44,6 +45,17 @@ def cells():
     return Cells.sorted_by_depth(boxes, rng.integers(0, 6, n), is_leaf, count)
 
 
+def baked(context, cells, display, name):
+    """Return the object, made without a pause."""
+    edges = bake.edges_of(make_drawable(cells), selection.Shown.by(display))
+    making = bake.making(context.scene, edges, name)
+    for _ in range(bake.STEPS):
+        next(making)
+    with pytest.raises(StopIteration) as stop:
+        next(making)
+    return stop.value.value
+
+
 def read(collection, key, width=1, dtype=float):
     values = np.zeros(len(collection) * width, dtype)
     collection.foreach_get(key, values)
@@ -61,7 +73,7 @@ def read(collection, key, width=1, dtype=float):
     ],
 )
 def test_geometry_and_attributes(cells, changed):
-    made = bake.bake_cells(bpy.context, cells, display(**changed), "bvh")
+    made = baked(bpy.context, cells, display(**changed), "bvh")
     shown = selection.visible(cells, display(**changed))
     count = int(shown.sum())
     mesh = made.data
@@ -92,22 +104,22 @@ def test_geometry_and_attributes(cells, changed):
 
 
 def test_colours_are_those_of_the_overlay(cells):
-    made = bake.bake_cells(bpy.context, cells, display(), "bvh")
+    made = baked(bpy.context, cells, display(), "bvh")
     colours = read(made.data.attributes["colour"].data, "color_srgb", 4)[::8]
     np.testing.assert_allclose(colours[:, :3], depth_colours(cells.depth, 5), atol=2e-3)
     empty = cells.is_leaf & (cells.count == 0)
     np.testing.assert_allclose(colours[:, 3], np.where(empty, 0.15, 0.5), atol=1e-6)
     assert made.data.attributes.active_color_name == "colour"
 
-    made = bake.bake_cells(bpy.context, cells, display(colour_by="count"), "bvh")
+    made = baked(bpy.context, cells, display(colour_by="count"), "bvh")
     colours = read(made.data.attributes["colour"].data, "color_srgb", 4)[::8]
     inner = colours[~cells.is_leaf]
     np.testing.assert_allclose(inner, [[*INNER_COLOUR, 0.15]] * len(inner), atol=2e-3)
 
 
 def test_collection_is_made_once_per_scene(cells):
-    first = bake.bake_cells(bpy.context, cells, display(), "bvh")
-    second = bake.bake_cells(bpy.context, cells, display(), "bvh")
+    first = baked(bpy.context, cells, display(), "bvh")
+    second = baked(bpy.context, cells, display(), "bvh")
     assert (first.name, second.name) == ("bvh", "bvh.001")
     collection = bpy.data.collections["AccelScope"]
     assert set(collection.objects) == {first, second}
@@ -115,27 +127,27 @@ def test_collection_is_made_once_per_scene(cells):
 
     other = bpy.data.scenes.new("Other")
     context = SimpleNamespace(scene=other)
-    third = bake.bake_cells(context, cells, display(), "bvh")
-    fourth = bake.bake_cells(context, cells, display(), "bvh")
+    third = baked(context, cells, display(), "bvh")
+    fourth = baked(context, cells, display(), "bvh")
     assert set(other.collection.all_objects) == {third, fourth}
     assert set(collection.objects) == {first, second}
     assert len(bpy.data.collections) == 2
 
 
 def test_collection_that_was_moved_is_found(cells):
-    first = bake.bake_cells(bpy.context, cells, display(), "bvh")
+    first = baked(bpy.context, cells, display(), "bvh")
     collection = first.users_collection[0]
     inner = bpy.data.collections.new("Mine")
     bpy.context.scene.collection.children.link(inner)
     bpy.context.scene.collection.children.unlink(collection)
     inner.children.link(collection)
-    second = bake.bake_cells(bpy.context, cells, display(), "bvh")
+    second = baked(bpy.context, cells, display(), "bvh")
     assert second.users_collection[0] == collection
 
 
 def test_nothing_to_bake_is_said_and_leaves_nothing(cells):
     with pytest.raises(InputError, match="show no cell"):
-        bake.bake_cells(bpy.context, cells, display(depth_min=50), "bvh")
+        baked(bpy.context, cells, display(depth_min=50), "bvh")
     assert not bpy.data.meshes
     assert not bpy.data.objects
     assert not bpy.data.collections
@@ -144,7 +156,7 @@ def test_nothing_to_bake_is_said_and_leaves_nothing(cells):
 def test_more_than_memory_holds_is_refused(cells, monkeypatch):
     monkeypatch.setattr("accelscope.core.memory.available_bytes", lambda: 1000)
     with pytest.raises(InputError, match="narrow the depth range"):
-        bake.bake_cells(bpy.context, cells, display(), "bvh")
+        baked(bpy.context, cells, display(), "bvh")
     assert not bpy.data.meshes
 
 
@@ -155,14 +167,14 @@ def test_a_hundred_thousand_boxes():
     cells = Cells.sorted_by_depth(
         boxes, np.arange(n) // 1000, np.ones(n, dtype=bool), np.ones(n, dtype=np.int32)
     )
-    made = bake.bake_cells(bpy.context, cells, display(), "grid")
+    made = baked(bpy.context, cells, display(), "grid")
     points = read(made.data.vertices, "co", 3).reshape(n, 8, 3)
     np.testing.assert_array_equal(points.min(axis=1), lower)
     np.testing.assert_array_equal(points.max(axis=1), lower + 1.0)
 
 
 def test_baked_cells_are_no_triangles_to_build_on(cells):
-    made = bake.bake_cells(bpy.context, cells, display(), "bvh")
+    made = baked(bpy.context, cells, display(), "bvh")
     made.data.calc_loop_triangles()
     assert len(made.data.loop_triangles) == 0
 
@@ -183,7 +195,7 @@ def test_polyhedra_are_baked_as_such():
     boxes = np.array([(2.0, 0, 0, 3, 1, 1), (0, 0, 0, 1, 1, 1)])
     two = np.array([4, 7], dtype=np.int32)
     cells = Cells.sorted_by_depth(boxes, two, two > 0, two, faces=faces)
-    mesh = bake.bake_cells(bpy.context, cells, display(), "bsp").data
+    mesh = baked(bpy.context, cells, display(), "bsp").data
     assert (len(mesh.vertices), len(mesh.edges), len(mesh.polygons)) == (8 + 6, 12 + 9, 0)
     count = read(mesh.attributes["count"].data, "value", dtype=np.int32)
     assert count.tolist() == [4] * 8 + [7] * 6
@@ -197,9 +209,9 @@ def test_polyhedra_are_baked_as_such():
 def test_a_part_of_the_building_is_baked(cells):
     order = np.arange(len(cells), dtype=np.int32)
     cells = dataclasses.replace(cells, extra={"order": order}, divided=np.full(len(cells), NEVER))
-    made = bake.bake_cells(bpy.context, cells, display(replay=True, step=9), "bvh")
+    made = baked(bpy.context, cells, display(replay=True, step=9), "bvh")
     numbers = read(made.data.attributes["number"].data, "value", dtype=np.int32)[::8]
     np.testing.assert_array_equal(numbers, cells.numbers[:10])
-    made = bake.bake_cells(bpy.context, cells, display(colour_by="order"), "bvh")
+    made = baked(bpy.context, cells, display(colour_by="order"), "bvh")
     colours = read(made.data.attributes["colour"].data, "color_srgb", 4)[::8]
     np.testing.assert_allclose(colours[:, :3], ramp(order / order.max()), atol=2e-3)

@@ -123,7 +123,7 @@ def test_too_many_cells_are_cut_in_order_of_importance(monkeypatch):
     assert sections.ends.tolist() == ends.tolist()
     set_cells(cells)
     assert overlay.shown_text(display(hide_empty=True)).endswith(
-        f"of 1 000 cells (at most {leaves + inner + 5} are kept)"
+        f"of 1 000 cells (at most {leaves + inner + 5} are kept, {leaves + 10} are drawn)"
     )
 
 

@@ -155,14 +155,13 @@ def test_changes_while_building_are_noticed(
     bpy: Any, built: Any, status: Any, current: Any
 ) -> None:
     from accelscope.addon.session import Outcome
-    from accelscope.addon.snapshot import Snapshot
     from accelscope.core.evaluation.experiment import build
 
-    snapshot = Snapshot.take(bpy.context, "visible")
-    current.watch(snapshot.look)
+    taken = current.take(bpy.context, "visible")
     structure = current.built.structure
     built.location.x = 1
     bpy.context.view_layer.update()
+    snapshot = taken.snapshot()
     result = build(snapshot.scene, type(structure), structure.settings)
     current.set_built(Outcome.of(snapshot, result))
     assert status() == "Out of date: Cube has moved"

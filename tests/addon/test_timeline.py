@@ -23,11 +23,14 @@ def twist(bpy):
 
 def test_frames_come_from_the_timeline_and_it_goes_back(twist):
     from accelscope.addon import timeline
+    from accelscope.core.progress import SILENT
 
     scene = twist.context.scene
     numbers = timeline.frame_range(scene)
     assert list(numbers) == [3, 4, 5, 6]
-    found = dict(timeline.frames(twist.context, "visible", numbers))
+    frames = timeline.Frames(twist.context, "visible", numbers)
+    found = dict(frames.iterate(SILENT))
+    frames.restore()
     assert list(found) == [3, 4, 5, 6]
     assert np.ptp(found[3].triangles[..., 2]) == pytest.approx(0.0, abs=1e-5)
     assert np.ptp(found[6].triangles[..., 2]) > 1.0

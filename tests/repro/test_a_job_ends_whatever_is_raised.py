@@ -240,7 +240,7 @@ def test_no_memory(
     with monkeypatch.context() as patch:
         patch.setattr("accelscope.core.evaluation.animation.animate", no_memory)
         assert run(operator, context) == {"CANCELLED"}
-    check_report(operator, "Out of memory")
+    check_report(operator, "out of memory; use a smaller scene")
     is_clean()
 
 

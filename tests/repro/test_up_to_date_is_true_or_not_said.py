@@ -276,7 +276,7 @@ def test_a_large_mesh_is_compared_a_little_at_a_time(bpy: Any) -> None:
     while not look.compare(depsgraph, until=0.0):  # no time at all: a slice each
         times.append(time.process_time())
     assert len(times) >= 3
-    assert look.change == "the geometry of Grid has changed"
+    assert look.change_in(bpy.context.view_layer) == "the geometry of Grid has changed"
     # An edit in between begins anew, and both are found.
     grid.data.vertices[-1].co.z = 0.0
     grid.data.update()
@@ -287,7 +287,7 @@ def test_a_large_mesh_is_compared_a_little_at_a_time(bpy: Any) -> None:
     depsgraph = bpy.context.evaluated_depsgraph_get()
     while not look.compare(depsgraph, until=0.0):
         pass
-    assert look.change == "the geometry of Grid has changed"
+    assert look.change_in(bpy.context.view_layer) == "the geometry of Grid has changed"
     grid.data.vertices[0].co.z = 0.0
     grid.data.update()
     assert session.current.status(bpy.context).text == UP_TO_DATE
@@ -308,4 +308,4 @@ def test_many_objects_do_not_keep_it_from_getting_on(bpy: Any, cube: Any) -> Non
     while not look.compare(depsgraph, until=0.0):
         steps += 1
         assert steps < 1000
-    assert look.change == ""
+    assert look.change_in(bpy.context.view_layer) == ""

@@ -115,6 +115,7 @@ class Bsp(Subdivision):
     label = "BSP Tree"
     summary = "Binary tree of convex cells, cut by planes of any orientation"
     Settings = BspSettings
+    is_cut_by_planes = True
 
     def __init__(
         self, scene: Scene, settings: BspSettings, grown: Grown, triangles: Triangles,

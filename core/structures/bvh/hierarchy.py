@@ -81,6 +81,7 @@ class BVH(Structure):
     label = "BVH"
     summary = "Tree of bounding volumes, walked front to back"
     Settings = BVHSettings
+    can_be_refitted = True
 
     arrays: Binary | Wide
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
@@ -280,8 +281,8 @@ class BVH(Structure):
         if not self.is_refitted:
             return ""
         return (
-            "Exhibits of the building are left out: the tree was refitted, and what decided over "
-            "it was elsewhere. Build to see them"
+            "Exhibits of the building are not shown after a refit, since the triangles have moved. "
+            "Build to see them"
         )
 
     def validate(self) -> list[str]:

@@ -166,6 +166,7 @@ class KdTree(Subdivision):
     summary = "Binary tree of cells, cut by planes across one axis each"
     Settings = KdTreeSettings
     has_links = True
+    is_cut_by_planes = True
     made: np.ndarray | None = None
 
     @classmethod

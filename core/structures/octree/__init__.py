@@ -147,6 +147,7 @@ class Octree(Subdivision):
     summary = "Cells cut into eight, stored in four ways, walked in five"
     Settings = OctreeSettings
     has_links = True
+    is_cut_by_planes = True
 
     def __init__(
         self, scene: Scene, settings: OctreeSettings, built: BuiltTree, triangles: Triangles

@@ -1,0 +1,19 @@
+"""What is printed: every line for a terminal passes through here.
+
+Names come from files: a terminal would obey the control characters in them, and a bidirectional
+override would show their letters in another order.
+"""
+
+from __future__ import annotations
+
+from typing import TextIO
+
+
+def printable(text: str) -> str:
+    """Return a text that a terminal only shows: what would steer it is written as an escape."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def print_lines(text: str, file: TextIO | None, flush: bool = False) -> None:
+    """Print lines, each as :func:`printable` has it; without a file on standard output."""
+    print("\n".join(map(printable, text.split("\n"))), file=file, flush=flush)
