@@ -29,9 +29,12 @@ from .wording import in_panel, refusal_in_panel
 
 Work = Callable[[Progress], Any]
 
+REFUSALS = (InputError, MemoryError)
+"""What is no defect of ours."""
+
 TICK = 0.1  # seconds between two looks at the thread
 
-ERRANDS = 0.03  # seconds that Blender may be held up by errands that are short
+ERRANDS = 0.01  # seconds that Blender may be held up by errands that are short
 
 PATIENCE = 5.0  # seconds to wait for a cancelled thread when Blender ends; a compiler takes longer
 
@@ -152,7 +155,7 @@ class Errands:
                 self._done.put((None, error))
             if time.monotonic() > end:
                 return
-            wait = 0.1 * ERRANDS
+            wait = 0.5 * ERRANDS
 
 
 _current: Job | None = None
@@ -355,19 +358,20 @@ class JobOperator:
     def _fail(self, error: BaseException) -> set[str]:
         global _refusal
         self._clean_up()
-        text = self.one_line(error)
+        reason = self.why(error)
         # The report vanishes at the next move of the mouse.
-        _refusal = f"{self.refused_text}: {text}"
-        self.report({"ERROR"}, text)  # type: ignore[attr-defined]
+        _refusal = f"{self.refused_text}: {reason}"
+        is_defect = not isinstance(error, REFUSALS)
+        self.report({"ERROR"}, f"{self.job_text} failed, {reason}" if is_defect else reason)  # type: ignore[attr-defined]
         return {"CANCELLED"}
 
     def _clean_up(self) -> None:
         with tracebacks_only():
             self.give_up()
 
-    def one_line(self, error: BaseException) -> str:
-        """Return what has gone wrong; print the traceback of what should not have happened."""
-        if isinstance(error, (InputError, MemoryError)):
+    def why(self, error: BaseException) -> str:
+        """Return why it was not done; print the traceback of what should not have happened."""
+        if isinstance(error, REFUSALS):
             return refusal_in_panel(error)
         print_traceback(error)
         what = printable(" ".join(f"{type(error).__name__}: {error}".split()))
