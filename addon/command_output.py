@@ -10,14 +10,13 @@ import contextlib
 import functools
 import sys
 import time
-import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from ..core.errors import InputError, reason_of
-from ..core.printing import print_lines
+from ..core.printing import print_lines, print_traceback
 from ..core.progress import SILENT, Progress, TerminalProgress
 from ..core.scene import Scene
 from ..core.writing import is_special, refuse_unwritable
@@ -170,7 +169,7 @@ class Results:
         if isinstance(error, InputError | MemoryError):
             reason = reason_of(error)
         else:
-            traceback.print_exception(error)
+            print_traceback(error)
             reason = f"a defect of AccelScope: {type(error).__name__}: {error}"
         complain(reason if self._expected == 1 else f"{where}: {reason}")
         self._is_all_there = False

@@ -13,17 +13,15 @@ from __future__ import annotations
 
 import contextlib
 import queue
-import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import bpy
 
 from ..core.errors import InputError
-from ..core.printing import print_lines, printable
+from ..core.printing import print_traceback, printable
 from ..core.progress import SILENT, Cancelled, Progress
 from .wording import in_panel, refusal_in_panel
 
@@ -385,8 +383,3 @@ def tracebacks_only() -> Iterator[None]:
         yield
     except Exception as error:
         print_traceback(error)
-
-
-def print_traceback(error: BaseException) -> None:
-    """Print where a defect has shown itself, on standard error."""
-    print_lines("".join(traceback.format_exception(error)).rstrip(), sys.stderr)

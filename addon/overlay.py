@@ -12,8 +12,6 @@ Nothing here holds a reference to Blender's data, so undo, file load and deleted
 
 from __future__ import annotations
 
-import sys
-import traceback
 from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -23,7 +21,7 @@ import gpu
 import numpy as np
 
 from ..core.colours import EMPTY_TINT, INNER_COLOUR, face_opacity
-from ..core.printing import print_lines
+from ..core.printing import print_lines, print_traceback
 from . import overlay_shader, overlay_upload, selection
 
 if TYPE_CHECKING:
@@ -236,11 +234,11 @@ def _draw_callback() -> None:
         if properties is None or not context.space_data.overlay.show_overlays:
             return
         draw(properties.display, context.preferences.system.pixel_size)
-    except Exception:
+    except Exception as error:
         # A failing callback would print its traceback again at every redraw of every viewport.
         # Its removal waits for disable(): Blender is walking through the list of callbacks.
         _overlay.failed = True
-        print_lines(traceback.format_exc().rstrip(), sys.stderr)
+        print_traceback(error)
         print_lines("AccelScope: the overlay is off until there is something new to show", None)
 
 

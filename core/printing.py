@@ -6,6 +6,8 @@ override would show their letters in another order.
 
 from __future__ import annotations
 
+import sys
+import traceback
 from typing import TextIO
 
 
@@ -17,3 +19,8 @@ def printable(text: str) -> str:
 def print_lines(text: str, file: TextIO | None, flush: bool = False) -> None:
     """Print lines, each as :func:`printable` has it; without a file on standard output."""
     print("\n".join(map(printable, text.split("\n"))), file=file, flush=flush)
+
+
+def print_traceback(error: BaseException) -> None:
+    """Print where a defect has shown itself, on standard error."""
+    print_lines("".join(traceback.format_exception(error)).rstrip(), sys.stderr)
