@@ -47,7 +47,15 @@ test: lint types pytest ## Check format, lint and types, and run the tests (25 m
 CHOSEN := and not exhaustive
 .PHONY: test-all
 test-all: CHOSEN :=
-test-all: lint types pytest ## The same with the exhaustive tests, before an issue is called done
+test-all: lint types pytest test-bounds ## The same with the exhaustive tests, before an issue is called done
+
+# Numba looks at every index then; what is compiled so is kept apart (core/kernels.py).
+.PHONY: test-bounds
+test-bounds: export NUMBA_BOUNDSCHECK := 1
+test-bounds: venv system-libraries ## Run every kernel with its indices checked
+	$(call say,Tests with indices checked)
+	@$(BIN)/pytest -n 2 --dist worksteal -m "not window and not exhaustive" tests/core
+	@$(BIN)/pytest -n 2 --dist worksteal tests/core/test_hostile_scenes.py -k pictures
 
 .PHONY: lint
 lint: venv

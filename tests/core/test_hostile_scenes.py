@@ -15,6 +15,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
+from accelscope.core.evaluation.experiment import Built, make_record, trace
+from accelscope.core.evaluation.pictures import Gallery
+from accelscope.core.evaluation.workloads import RandomLinesSettings, RandomLinesWorkload
 from accelscope.core.geometry.rays import ANY, CLOSEST, Rays
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structures
@@ -202,6 +205,16 @@ def rays_over(lab, scene, rng):
     return Rays.from_arrays(origins, directions), names
 
 
+def built_with(lab, name, scene, rng):
+    """Build a structure with one of its variants; return it and how it is called."""
+    variants = [text for owner, text in lab.ALL_VARIANTS if owner == name]
+    text = variants[int(rng.integers(len(variants)))]
+    # The one setting that may lose rays.
+    text = "" if "overlap=open" in text else text
+    kind = structures()[name]
+    return kind.build(scene, lab.settings_of(kind, text)), f"{name}:{text}"
+
+
 def check(lab, seed):
     """Build every structure, each with one of its variants, and compare with brute force.
 
@@ -220,15 +233,10 @@ def check(lab, seed):
     naive = structures()["naive"]
     want, _ = naive.build(scene, naive.Settings()).trace(rays)
     for name in structures():
-        variants = [text for owner, text in lab.ALL_VARIANTS if owner == name]
-        text = variants[int(rng.integers(len(variants)))]
-        if "overlap=open" in text:
-            text = ""
-        where = f"{name}:{text}"
         try:
-            structure = structures()[name].build(scene, lab.settings_of(structures()[name], text))
+            structure, where = built_with(lab, name, scene, rng)
         except InputError as error:
-            refused.append((where, str(error)))
+            refused.append((name, str(error)))
             continue
         faults = structure.validate()
         closest, _ = structure.trace(rays, CLOSEST)
@@ -316,6 +324,27 @@ def test_a_scene_is_refused_only_where_two_axes_are_too_thin():
 def test_many_hostile_scenes(lab, first):
     for seed in range(first, first + 200):
         judge(check(lab, seed))
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("seed", range(2 * len(KINDS)))
+def test_pictures_of_a_hostile_scene(lab, seed, tmp_path):
+    """Cells of every shape are drawn wherever they are, and exhibits are made."""
+    kind, triangles = make_hostile(seed)
+    try:
+        scene = Scene.from_triangles(triangles, kind)
+    except InputError:
+        pytest.skip("that it is refused is looked at above")
+    rng = np.random.default_rng([seed, 2])
+    gallery = Gallery(tmp_path)
+    for name in structures():
+        structure, where = built_with(lab, name, scene, rng)
+        before = len(list(tmp_path.glob("*.png")))
+        built = Built(structure, 0.0)
+        traced = trace(built, RandomLinesWorkload, RandomLinesSettings(count=20))
+        gallery.add(built, [make_record(built, traced)])
+        assert len(list(tmp_path.glob("*.png"))) > before, where
+    gallery.write_page()
 
 
 @pytest.mark.skipif("ACCELSCOPE_HOSTILE_SEED" not in os.environ, reason="no seed is named")
