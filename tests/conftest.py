@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from accelscope.addon.command import main
+from accelscope.core.evaluation import view
 
 CASES = Path(__file__).parent / "repro" / "cases"
 
@@ -42,7 +43,14 @@ class Outcome:
 
 
 @pytest.fixture
-def run(capsys):
+def small_pictures(monkeypatch):
+    """A sixteenth of the pixels: what a picture shows is looked at elsewhere, at its full size."""
+    for side in ("WIDTH", "HEIGHT"):
+        monkeypatch.setattr(view, side, getattr(view, side) // 4)
+
+
+@pytest.fixture
+def run(capsys, small_pictures):
     """Call the command line with arguments; exceptions pass through, as they are defects."""
 
     def call(*arguments):

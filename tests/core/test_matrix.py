@@ -189,7 +189,7 @@ def test_every_other_choice(scene, moved, rays, naive, tmp_path, name, choice):
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(("builder", "optimise"), REPRESENTATIVE)
-def test_pictures(scene, rays, moved, tmp_path, builder, optimise):
+def test_pictures(scene, rays, moved, tmp_path, builder, optimise, small_pictures):
     """Of both trees; an exhibit looks the same whatever the optimiser has left.
 
     Those of the default tree are part of every run: ``make demo`` makes them of every sample.

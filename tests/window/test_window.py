@@ -148,18 +148,25 @@ def test_cycles_leave_nothing_behind(extension_zip: Path) -> None:
 
 
 # Small enough for the naive algorithm; the camera is the .blend's own.
-COMMAND = ["--structure", "all", "--rays", "camera:width=32,height=24", "random_lines:count=200"]
+RAYS = ["--rays", "camera:width=32,height=24", "random_lines:count=200"]
 
 
-def test_command_line_in_blender_finds_what_the_terminal_finds(extension_zip: Path) -> None:
+# Everything is compiled anew in there: each structure takes some ten seconds.
+@pytest.mark.parametrize(
+    "names", ["grid kdtree bvh", pytest.param("all", marks=pytest.mark.exhaustive)]
+)
+def test_command_line_in_blender_finds_what_the_terminal_finds(
+    extension_zip: Path, names: str
+) -> None:
+    asked = ["--structure", *names.split(), *RAYS]
     output = OUTPUT / "command"
     output.mkdir(parents=True, exist_ok=True)
     # Beside the output, which is emptied first; in the checkout, so that the root sees it.
     blend = OUTPUT / "command.blend"
     subprocess.run([sys.executable, HERE / "make_blend.py", blend], check=True)
-    in_window("evaluate.sh", output, extension_zip, blend, *COMMAND, seconds=1200)
+    in_window("evaluate.sh", output, extension_zip, blend, *asked, seconds=1200)
     outside = output / "outside.json"
-    command = [sys.executable, "-m", "accelscope", "evaluate", blend, *COMMAND, "--json", outside]
+    command = [sys.executable, "-m", "accelscope", "evaluate", blend, *asked, "--json", outside]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     assert untimed(output / "inside.json") == untimed(outside)
 
