@@ -153,7 +153,7 @@ RAYS = ["--rays", "camera:width=32,height=24", "random_lines:count=200"]
 
 # Everything is compiled anew in there: each structure takes some ten seconds.
 @pytest.mark.parametrize(
-    "names", ["grid kdtree bvh", pytest.param("all", marks=pytest.mark.exhaustive)]
+    "names", ["bvh grid kdtree", pytest.param("all", marks=pytest.mark.exhaustive)]
 )
 def test_command_line_in_blender_finds_what_the_terminal_finds(
     extension_zip: Path, names: str
