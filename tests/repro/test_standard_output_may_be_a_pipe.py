@@ -69,7 +69,13 @@ def read_as(option, data):
         return len(arrays["t"])
 
 
-@pytest.mark.parametrize("option", ["--json", "--csv", "--hits"])
+@pytest.mark.parametrize(
+    "option",
+    [
+        "--csv",
+        *(pytest.param(option, marks=pytest.mark.exhaustive) for option in ("--json", "--hits")),
+    ],
+)
 def test_of_the_command_line(option):
     command = [sys.executable, "-m", "accelscope", *SMALL, option, "/dev/stdout", "--quiet"]
     done = subprocess.run(command, capture_output=True, check=True)
