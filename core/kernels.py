@@ -76,7 +76,7 @@ def inlined(function: Callable) -> Callable:
     return _compiled(function, INNER | {"forceinline": True})
 
 
-def _compiled(function: Callable, options: dict[str, bool]) -> Callable:
+def _compiled(function: Callable, options: dict[str, Any]) -> Callable:
     """Let Numba compile a function, at its first call, and keep what it has compiled."""
     global _cannot_be_kept
     if not HAS_NUMBA:
