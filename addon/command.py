@@ -22,7 +22,13 @@ from ..core.settings import describe, only_for_in_words
 from . import command_animate, command_efficiency, command_evaluate
 from .command_arguments import SPECS, Parser
 from .command_output import NOTHING, CannotPrint, complain, print_result
-from .standard_streams import is_standard_output, own_standard_error, own_standard_output
+from .standard_streams import (
+    is_standard_output,
+    own_standard_error,
+    own_standard_output,
+    path_of,
+    reopen_closed_streams,
+)
 
 OUTPUTS = "json", "csv", "hits"
 """Options that name a file to write."""
@@ -71,6 +77,7 @@ def main(
         Exit code: 0; 1 if something was measured and something was not; 2 if nothing was, after
         one line on standard error.
     """
+    reopen_closed_streams()
     # A name that the terminal cannot show is no reason to fail.
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
@@ -84,13 +91,19 @@ def main(
             outputs = [
                 name for name in OUTPUTS if is_standard_output(getattr(arguments, name, None))
             ]
+            if len(outputs) > 1:
+                raise InputError(
+                    f"{' and '.join(f'--{name}' for name in outputs)} cannot both be standard "
+                    "output; name a file for one of them"
+                )
+            arguments.is_output_taken = bool(outputs)
             others_to = None if arguments.quiet else 2
             output = arguments.standard_output = stack.enter_context(
                 own_standard_output(others_to=others_to, until_exit=until_exit)
             )
             # By its own name, standard output is where others print now.
             for name in outputs:
-                setattr(arguments, name, "-" if name == "json" else f"/dev/fd/{output.fileno()}")
+                setattr(arguments, name, "-" if name == "json" else path_of(output))
             stack.enter_context(stopped_by_signals())
             return arguments.run(arguments, open_file)
         except SystemExit as stop:  # argparse has printed the help

@@ -36,7 +36,8 @@ def add_output_options(parser: argparse.ArgumentParser, pictures: str) -> None:
     add = parser.add_argument
     add("--json", metavar="PATH",
         help="write the records as JSON; - is standard output, for JSON alone")  # fmt: skip
-    add("--csv", metavar="PATH", help="write the records as CSV")
+    add("--csv", metavar="PATH",
+        help="write the records as CSV; - is standard output, for CSV alone")  # fmt: skip
     add("--pictures", metavar="DIR", help=f"write {pictures}, and a page")
     add("--quiet", action="store_true",
         help="print errors only: no table, progress or remark, neither of Blender's")  # fmt: skip
@@ -170,7 +171,8 @@ class Results:
             reason = reason_of(error)
         else:
             print_traceback(error)
-            reason = f"a defect of AccelScope: {type(error).__name__}: {error}"
+            what = " ".join(f"{type(error).__name__}: {error}".split())
+            reason = f"a defect of AccelScope: {what}"
         complain(reason if self._expected == 1 else f"{where}: {reason}")
         self._is_all_there = False
         return reason
@@ -229,7 +231,7 @@ class Results:
         wanted = self._files()
         if options.json == "-":
             wanted.append(lambda: print_result(options, to_json_text(records)))
-        elif not options.quiet:
+        elif not (options.quiet or options.is_output_taken):
             wanted.append(lambda: print_result(options, self._table(records)))
         errors: list[Exception] = []
         for write in wanted:
