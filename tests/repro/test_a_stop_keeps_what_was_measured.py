@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 from accelscope.addon import command_output
@@ -148,7 +149,7 @@ def test_a_process_that_is_killed(tmp_path):
 def test_what_there_is_so_far_is_not_written_all_the_time(monkeypatch, tmp_path):
     """Else a batch of thousands would write down the first of its records thousands of times."""
     now, written = [100.0], []
-    monkeypatch.setattr(command_output.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(command_output, "time", SimpleNamespace(monotonic=lambda: now[0]))
 
     def write_page():
         written.append(now[0])
