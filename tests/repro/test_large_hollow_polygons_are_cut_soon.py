@@ -85,7 +85,7 @@ def test_100_000_corners(name):
     outline = OUTLINES[name](100_000, np.random.default_rng(1))
     start = time.process_time()
     triangles = cut(outline)
-    # A twentieth of that as a rule; with every corner tried against every hollow one, minutes.
+    # Mostly a third of a second; with every corner tried against every hollow one, half a minute.
     assert time.process_time() - start < 10
     assert len(triangles) == len(outline) - 2
     assert area(outline, triangles) == pytest.approx(own_area(outline), rel=1e-9)
