@@ -4,7 +4,6 @@ What it imports takes a quarter of a second, and nothing is lost if it is stoppe
 Ctrl-C and a request to terminate end it with one line, before anything else is imported.
 """
 
-import contextlib
 import os
 import signal
 import sys
@@ -13,9 +12,10 @@ from types import FrameType
 
 def stop(number: int, frame: FrameType | None) -> None:
     """End the process at once."""
-    with contextlib.suppress(OSError):  # standard error may be closed
+    try:
         os.write(2, b"accelscope: error: stopped\n")
-    os._exit(2)
+    finally:  # whether there is anybody to hear it or not
+        os._exit(2)
 
 
 def main() -> int:

@@ -24,10 +24,9 @@ from .command_arguments import SPECS, Parser
 from .command_output import NOTHING, CannotPrint, complain, print_result
 from .standard_streams import (
     is_standard_output,
+    open_missing_streams,
     own_standard_error,
     own_standard_output,
-    path_of,
-    reopen_closed_streams,
 )
 
 OUTPUTS = "json", "csv", "hits"
@@ -57,6 +56,7 @@ def main(
     argv: Sequence[str] | None = None,
     open_file: Callable[[], Scene] | None = None,
     *,
+    open_path: str = "",
     until_exit: bool | None = None,
 ) -> int:
     """Run the command line.
@@ -67,6 +67,8 @@ def main(
         Arguments after the program's name; those of the process by default.
     open_file : callable, optional
         Returns the scene of the file open in Blender; used when no SCENE is given.
+    open_path : str, optional
+        Where that file is; no result is written there.
     until_exit : bool, optional
         Whether the process ends afterwards. Then standard output stays reserved for results,
         whatever is printed until the end. By default it is if `argv` is None.
@@ -77,7 +79,7 @@ def main(
         Exit code: 0; 1 if something was measured and something was not; 2 if nothing was, after
         one line on standard error.
     """
-    reopen_closed_streams()
+    open_missing_streams()
     # A name that the terminal cannot show is no reason to fail.
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
@@ -86,24 +88,19 @@ def main(
     with contextlib.ExitStack() as stack:
         try:
             arguments = make_parser().parse_args(argv)
+            arguments.open_path = open_path
             if arguments.quiet:
                 stack.enter_context(own_standard_error(until_exit=until_exit))
             outputs = [
                 name for name in OUTPUTS if is_standard_output(getattr(arguments, name, None))
             ]
-            if len(outputs) > 1:
-                raise InputError(
-                    f"{' and '.join(f'--{name}' for name in outputs)} cannot both be standard "
-                    "output; name a file for one of them"
-                )
-            arguments.is_output_taken = bool(outputs)
             others_to = None if arguments.quiet else 2
             output = arguments.standard_output = stack.enter_context(
                 own_standard_output(others_to=others_to, until_exit=until_exit)
             )
             # By its own name, standard output is where others print now.
             for name in outputs:
-                setattr(arguments, name, "-" if name == "json" else path_of(output))
+                setattr(arguments, name, "-" if name == "json" else output.fileno())
             stack.enter_context(stopped_by_signals())
             return arguments.run(arguments, open_file)
         except SystemExit as stop:  # argparse has printed the help

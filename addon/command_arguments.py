@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import functools
+import os
 import re
 import sys
 from collections.abc import Callable, Collection, Sequence
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..core.errors import InputError
 from ..core.progress import Progress
+from ..core.reading import refuse_if_no_file
 from ..core.scene import Scene
 from ..core.settings import parse, parse_spec, without_effect
 from ..sample_scenes import make_sample, sample_and_settings
@@ -119,9 +121,9 @@ def is_scene(value: str, known: Collection[str], option: str) -> bool:
 
     is_known = value.partition(":")[0].strip() in known
     has_suffix = Path(value).suffix.lower() in (*READERS, ".blend")
-    if is_known and has_suffix and Path(value).is_file():
+    if is_known and has_suffix and os.path.isfile(value):
         raise InputError(f"{value} is a file, but looks like a value of {option}; write ./{value}")
-    return not is_known and (value.startswith("sample:") or has_suffix or Path(value).is_file())
+    return not is_known and (value.startswith("sample:") or has_suffix or os.path.isfile(value))
 
 
 def scenes_of(
@@ -136,7 +138,7 @@ def scenes_of(
     """
     for argument in arguments:
         if argument.startswith("sample:"):
-            if Path(argument).is_file():
+            if os.path.isfile(argument):
                 raise InputError(f"there is a file {argument}; write ./{argument} for it")
             sample_and_settings(argument.removeprefix("sample:"))
     if arguments:
@@ -172,8 +174,7 @@ def open_scene(argument: str) -> Scene:
     if argument.startswith("sample:"):
         return make_sample(argument.removeprefix("sample:"))
     if argument.lower().endswith(".blend"):
-        if not Path(argument).is_file():
-            raise InputError(f"there is no file {argument}")
+        refuse_if_no_file(argument)
         try:
             import bpy  # noqa: F401  only to see whether it is there
         except ImportError:

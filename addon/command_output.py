@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import functools
+import os
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -36,8 +37,7 @@ def add_output_options(parser: argparse.ArgumentParser, pictures: str) -> None:
     add = parser.add_argument
     add("--json", metavar="PATH",
         help="write the records as JSON; - is standard output, for JSON alone")  # fmt: skip
-    add("--csv", metavar="PATH",
-        help="write the records as CSV; - is standard output, for CSV alone")  # fmt: skip
+    add("--csv", metavar="PATH", help="write the records as CSV")
     add("--pictures", metavar="DIR", help=f"write {pictures}, and a page")
     add("--quiet", action="store_true",
         help="print errors only: no table, progress or remark, neither of Blender's")  # fmt: skip
@@ -156,8 +156,9 @@ class Results:
         if not self.measured or self._writing > WRITING * (started - self._started):
             return
         for write in self._files(so_far=True):
-            # What cannot be written now is tried again, and complained of, at the end.
-            with contextlib.suppress(InputError, MemoryError):
+            # What cannot be written now is tried again, and complained of, at the end: not even a
+            # defect is a reason to measure nothing more.
+            with contextlib.suppress(Exception):
                 write()
         self._writing += time.monotonic() - started
 
@@ -171,8 +172,7 @@ class Results:
             reason = reason_of(error)
         else:
             print_traceback(error)
-            what = " ".join(f"{type(error).__name__}: {error}".split())
-            reason = f"a defect of AccelScope: {what}"
+            reason = f"a defect of AccelScope: {type(error).__name__}: {error}"
         complain(reason if self._expected == 1 else f"{where}: {reason}")
         self._is_all_there = False
         return reason
@@ -231,13 +231,13 @@ class Results:
         wanted = self._files()
         if options.json == "-":
             wanted.append(lambda: print_result(options, to_json_text(records)))
-        elif not (options.quiet or options.is_output_taken):
+        elif not options.quiet:
             wanted.append(lambda: print_result(options, self._table(records)))
         errors: list[Exception] = []
         for write in wanted:
             try:
                 write()
-            except (InputError, MemoryError, CannotPrint) as error:
+            except Exception as error:
                 errors.append(error)
         if errors:
             raise errors[0]
@@ -264,21 +264,33 @@ def refuse_bad_outputs(
         Naming the place.
     """
     names = [arguments.json, arguments.csv, *others]
-    outputs = [Path(name) for name in names if name not in (None, "-")]
+    # Standard output is a number here.
+    outputs = [Path(name) for name in names if isinstance(name, str) and name != "-"]
     if arguments.pictures:
         outputs.append(Path(arguments.pictures) / "index.html")
-    refuse_to_overwrite(inputs, outputs)
+    refuse_to_overwrite([*inputs, *filter(None, [arguments.open_path])], outputs)
     for path in outputs:
         refuse_unwritable(path)
 
 
 def refuse_to_overwrite(inputs: Sequence[str], outputs: Sequence[Path]) -> None:
     """Raise InputError if an output is one of the inputs, or two outputs are one file."""
-    taken = {Path(path).expanduser().resolve(): path for path in inputs}
+    taken = {}
+    for given in inputs:
+        # Files of rays may begin with ~; a file of that name may be meant, too.
+        taken |= {real_path(given): given, real_path(os.path.expanduser(given)): given}
     for path in outputs:
-        real = path.expanduser().resolve()
+        real = real_path(path)
         if real in taken:
             raise InputError(
                 f"{path} would overwrite {taken[real]}; choose another name for the output"
             )
         taken[real] = str(path)
+
+
+def real_path(path: str | Path) -> str:
+    """Return where a path leads in the end; itself where that cannot be said."""
+    try:
+        return os.path.realpath(path)
+    except (OSError, ValueError):  # the folder that one works in is gone, or it is no name
+        return str(path)

@@ -10,6 +10,7 @@ objects in ``depsgraph.object_instances``.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,7 @@ from ..core.errors import InputError
 from ..core.evaluation.environment import set_blender_version
 from ..core.memory import refuse_if_too_large
 from ..core.progress import SILENT, Progress
+from ..core.reading import refuse_if_no_file
 from ..core.scene import Scene
 from .fingerprint import hash_of
 from .mesh_check import (
@@ -297,9 +299,8 @@ def load_blend(path: str | Path) -> Scene:
         ray could hit.
     """
     set_blender_version(bpy.app.version_string)
-    path = Path(path).expanduser()
-    if not path.is_file():
-        raise InputError(f"there is no file {path}")
+    path = Path(os.path.expanduser(path))
+    refuse_if_no_file(path)
     try:
         # No scripts: a file to be measured is not trusted to run anything. That is in the notes.
         with others_kept_silent(), invalid_meshes_emptied() as faults:

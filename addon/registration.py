@@ -14,7 +14,7 @@ import bpy
 from ..core.evaluation.environment import set_blender_version
 from ..core.kernels import set_cache_root
 from ..core.scene import Scene
-from . import jobs, properties, session, watching
+from . import jobs, properties, session
 
 BASE_PACKAGE = __package__.rpartition(".")[0]
 """``accelscope``, or ``bl_ext.<repository>.accelscope`` in an extension."""
@@ -38,7 +38,6 @@ def register() -> None:
                 _registered.append(cls)
     properties.register()
     session.register()
-    watching.register()
     # What is still registered when Python ends makes Blender 4.5 hang or crash.
     atexit.register(unregister)
     _commands.append(bpy.utils.register_cli_command("accelscope", _run_command))
@@ -50,7 +49,6 @@ def unregister() -> None:
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
     jobs.stop()
-    watching.unregister()
     session.unregister()
     properties.unregister()
     while _registered:
@@ -85,4 +83,4 @@ def _run_command(arguments: Sequence[str]) -> int:
         return extraction.extract(bpy.context, extraction.VISIBLE)
 
     # Blender ends afterwards, and prints that it does.
-    return main(list(arguments), open_file, until_exit=True)
+    return main(list(arguments), open_file, open_path=bpy.data.filepath, until_exit=True)

@@ -15,12 +15,13 @@ from .errors import InputError
 
 
 @contextlib.contextmanager
-def replacing(path: str | Path) -> Iterator[BinaryIO]:
+def replacing(path: str | Path | int) -> Iterator[BinaryIO]:
     """Open a file that takes the place of `path` once it is complete; its folder is made.
 
     Until then, and for good if an exception ends the writing, what stood there stays. A link is
     followed. What is no file, such as a pipe, or has no name of its own any more, is written to
-    directly: what `/dev/stdout` leads to may be either.
+    directly. So is what is given as the number of an open descriptor: whoever has opened it knows
+    it by that number, and a file that took its place would not be what is written to next.
 
     Raises
     ------
@@ -28,8 +29,8 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
         If the place cannot be written to.
     """
     with _complaining(path):
-        if is_special(path):
-            with open(path, "wb") as file:
+        if isinstance(path, int) or is_special(path):
+            with open(path, "wb", closefd=not isinstance(path, int)) as file:
                 yield file
             return
         target = _prepared(path)
@@ -45,7 +46,7 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
             raise
 
 
-def write_bytes(path: str | Path, data: bytes) -> None:
+def write_bytes(path: str | Path | int, data: bytes) -> None:
     """Write a whole file, as :func:`replacing` does.
 
     Raises
@@ -57,7 +58,7 @@ def write_bytes(path: str | Path, data: bytes) -> None:
         file.write(data)
 
 
-def refuse_unwritable(path: str | Path) -> None:
+def refuse_unwritable(path: str | Path | int) -> None:
     """Refuse a `path` that :func:`replacing` could not write; a file there stays as it is.
 
     Its folder is made, as for writing, and has an empty file in it for a moment.
@@ -68,6 +69,8 @@ def refuse_unwritable(path: str | Path) -> None:
         If the place cannot be written to.
     """
     with _complaining(path):
+        if isinstance(path, int):
+            return
         if not is_special(path):
             beside = _beside(_prepared(path))
             beside.open("xb").close()
@@ -77,13 +80,14 @@ def refuse_unwritable(path: str | Path) -> None:
 
 
 @contextlib.contextmanager
-def _complaining(path: str | Path) -> Iterator[None]:
+def _complaining(path: str | Path | int) -> Iterator[None]:
     """Turn what the operating system refuses into one line about `path`."""
     try:
         yield
     except OSError as error:
+        name = "standard output" if isinstance(path, int) else str(path)
         raise InputError(
-            f"cannot write {path}: {error.strerror}; choose another place", str(path)
+            f"cannot write {name}: {error.strerror}; choose another place", name
         ) from None
 
 
@@ -102,11 +106,13 @@ def _prepared(path: str | Path) -> Path:
     return target
 
 
-def is_special(path: str | Path) -> bool:
+def is_special(path: str | Path | int) -> bool:
     """Say whether no other file can take the place of `path`: that of a device, or of a pipe.
 
-    Nor can it that of a file that is open, but has been deleted.
+    Nor can it that of a file that is open, but has been deleted, or that of a descriptor.
     """
+    if isinstance(path, int):
+        return True
     try:
         # What is there is asked by the name as given: a link in /proc to a pipe says where it
         # leads in words that are no name of a file.

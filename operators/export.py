@@ -1,5 +1,7 @@
 """Write the figures to a file."""
 
+import os
+import re
 from pathlib import Path
 
 import bpy
@@ -39,8 +41,12 @@ class ACCELSCOPE_OT_export(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         record = session.current.record
         assert record is not None
-        name = f"{record['scene']['name']}-{record['structure']['name']}"
-        folder = Path(bpy.data.filepath).parent if bpy.data.filepath else Path.home()
+        # A scene may be called as no file can be, or as one in another folder.
+        scene = re.sub(r'[/\\:*?"<>|]', "_", printable(record["scene"]["name"]))
+        name = f"{scene}-{record['structure']['name']}"
+        folder = (
+            Path(bpy.data.filepath).parent if bpy.data.filepath else Path(os.path.expanduser("~"))
+        )
         self.filepath = str(folder / f"{name}.{self.format.lower()}")
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
@@ -48,11 +54,11 @@ class ACCELSCOPE_OT_export(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..core.evaluation.report import write_csv, write_json
 
-        if not self.filepath:
-            self.report({"ERROR"}, "Name the file to write")
-            return {"CANCELLED"}
         suffix = f".{self.format.lower()}"
         path = Path(bpy.path.abspath(self.filepath))
+        if not path.name:  # nothing, or a folder at the top
+            self.report({"ERROR"}, "Name the file to write")
+            return {"CANCELLED"}
         if path.suffix.lower() != suffix:
             path = path.with_name(path.name + suffix)
         record = session.current.record

@@ -19,6 +19,7 @@ import numpy as np
 from ..errors import InputError
 from ..geometry.rays import Rays
 from ..memory import refuse_if_too_large
+from ..reading import refuse_if_no_file
 
 NEEDED, OPTIONAL = ("origins", "directions"), ("t_max",)
 
@@ -122,8 +123,7 @@ def read_rays(path: Path) -> Rays:
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
     """Open a file, and turn whatever goes wrong with it into one line."""
-    if not path.is_file():
-        raise InputError(f"there is no file {path}")
+    refuse_if_no_file(path)
     try:
         with path.open("rb") as file:
             magic = file.read(len(np.lib.format.MAGIC_PREFIX))

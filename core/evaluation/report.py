@@ -26,7 +26,12 @@ def to_json_text(records: Sequence[Record]) -> str:
     return json.dumps({"schema": SCHEMA, "records": list(records)}, indent=1, allow_nan=False)
 
 
-def write_text(path: str | Path, text: str) -> None:
+LONE_SURROGATES = re.compile("[\ud800-\udc7f\udd00-\udfff]")
+"""Halves of letters that stand for no byte of a file's name: texts of JSON may have them, but not
+UTF-8."""
+
+
+def write_text(path: str | Path | int, text: str) -> None:
     """Write a text file, making its folder.
 
     Raises
@@ -34,16 +39,17 @@ def write_text(path: str | Path, text: str) -> None:
     InputError
         If the place cannot be written to.
     """
+    text = LONE_SURROGATES.sub("\N{REPLACEMENT CHARACTER}", text)
     # File names of the system may hold bytes that are no text: they are written as they are.
     write_bytes(path, text.encode("utf-8", errors="surrogateescape"))
 
 
-def write_json(path: str | Path, records: Sequence[Record]) -> None:
+def write_json(path: str | Path | int, records: Sequence[Record]) -> None:
     """Write records as JSON."""
     write_text(path, to_json_text(records) + "\n")
 
 
-def write_csv(path: str | Path, records: Sequence[Record]) -> None:
+def write_csv(path: str | Path | int, records: Sequence[Record]) -> None:
     """Write records as CSV, one row each: nested names joined by dots, lists by spaces.
 
     A list of mappings, such as that of the lights, is numbered: ``scene.lights.0.kind``. Texts that

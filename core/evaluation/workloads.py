@@ -6,6 +6,7 @@ A workload is a class with ``Settings`` and ``make(scene, settings) -> Rays``; W
 from __future__ import annotations
 
 import dataclasses
+import os
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
@@ -297,7 +298,8 @@ def path_of(settings: FileSettings) -> Path:
     """
     if not settings.path:
         raise InputError("rays from a file need its path, that of an .npz file")
-    return Path(settings.path).expanduser()
+    # Path.expanduser raises for ~name if there is nobody of that name, though there may be a file.
+    return Path(os.path.expanduser(settings.path))
 
 
 WORKLOADS: dict[str, type[Workload]] = {

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..reading import refuse_if_no_file
 from ..scene import Scene
 from .contents import BrokenFile, Contents
 from .gltf import read_gltf
@@ -46,8 +47,7 @@ def load_mesh_file(path: str | Path) -> Scene:
     if reader is None:
         known = ", ".join(READERS)
         raise InputError(f"{path} is of no known kind; scenes are {known}, .blend or sample:NAME")
-    if not path.is_file():
-        raise InputError(f"there is no file {path}")
+    refuse_if_no_file(path)
     try:
         # NaN and infinite numbers are no affair: their triangles are dropped and counted.
         with np.errstate(all="ignore"):

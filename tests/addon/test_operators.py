@@ -162,6 +162,12 @@ def test_export_writes_the_record(bpy: Any, traced: Any, current: Any, tmp_path:
     assert float(row["trace.N_IT"]) == current.record["trace"]["N_IT"]
 
 
+def test_export_says_when_there_is_no_name(bpy: Any, traced: Any) -> None:
+    for place in ("", "/"):
+        with pytest.raises(RuntimeError, match="Name the file to write"):
+            bpy.ops.accelscope.export(filepath=place, format="JSON")
+
+
 def test_export_says_when_it_cannot_write(bpy: Any, traced: Any, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(RuntimeError, match="cannot write"):
