@@ -19,6 +19,7 @@ import functools
 import hashlib
 import importlib.util
 import os
+import pickle
 import shutil
 import sys
 from collections.abc import Callable, Iterator
@@ -29,7 +30,11 @@ import numpy as np
 
 from .progress import Progress
 
-HAS_NUMBA = importlib.util.find_spec("numba") is not None
+HAS_NUMBA = (
+    importlib.util.find_spec("numba") is not None
+    # Numba's own switch: it would then leave functions as they are, but not run them as we do.
+    and os.environ.get("NUMBA_DISABLE_JIT", "").strip() in ("", "0")
+)
 """Whether kernels are compiled; the interface says so when they are not."""
 
 OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
@@ -156,9 +161,39 @@ def call(function: Callable, *arguments: Any) -> Any:
 def _cache_type() -> type:
     """Return Numba's cache of one kernel, as one that is never the reason why a run fails."""
     from numba.core.caching import FunctionCache
+    from numba.core.serialize import dumps
+
+    class Sealed:
+        """Numba's files of one kernel, each with a hash of what is in it.
+
+        Numba runs what it finds; a disk on which one bit has changed would end the process.
+        """
+
+        def __init__(self, file: Any) -> None:
+            self.file = file
+            self.flush = file.flush
+
+        def save(self, key: Any, data: Any) -> None:
+            # With its key, since the index, which says where it is, may be damaged, too.
+            content = dumps((key, data))
+            self.file.save(key, (hashlib.sha256(content).digest(), content))
+
+        def load(self, key: Any) -> Any:
+            found = self.file.load(key)
+            if found is None:
+                return None
+            seal, content = found
+            if hashlib.sha256(content).digest() != seal:
+                return None
+            named, data = pickle.loads(content)
+            return data if named == key else None
 
     class Cache(FunctionCache):
         """What is damaged is compiled anew; what there is no room for is not kept."""
+
+        def __init__(self, function: Callable) -> None:
+            super().__init__(function)
+            self._cache_file = Sealed(self._cache_file)
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             try:
@@ -228,7 +263,10 @@ def _unused_for_a_month(directory: Path) -> bool:
     """Say whether no process has used a cache of another version for thirty days."""
     import time
 
-    return time.time() - directory.stat().st_mtime > 30 * 86400.0
+    try:
+        return time.time() - directory.stat().st_mtime > 30 * 86400.0
+    except OSError:
+        return False  # another process has been quicker, or a link leads nowhere
 
 
 @contextlib.contextmanager
