@@ -21,10 +21,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..memory import refuse_if_too_large
+from ..errors import InputError
+from ..memory import Tally, refuse_if_too_large
 from .contents import BrokenFile, Contents, NotRead, Piece, counted, triangles_of_strip
 from .gltf_accessors import COMPRESSIONS, Document, real
-from .gltf_nodes import INSTANCING, VISIBILITY, Nodes, moved, moved_by_joints
+from .gltf_nodes import (
+    BYTES_PER_INSTANCE,
+    INSTANCING,
+    VISIBILITY,
+    Nodes,
+    moved,
+    moved_by_joints,
+)
 
 DRACO = "KHR_draco_mesh_compression"
 LIGHTS = "KHR_lights_punctual"
@@ -42,6 +50,12 @@ POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
 """Modes of primitives; between points and triangles are three kinds of lines."""
 
 BYTES_PER_TRIANGLE = 300  # at the peak of making the scene
+
+
+MALFORMED = (
+    AttributeError, IndexError, KeyError, OverflowError, RecursionError, TypeError, ValueError,
+)  # fmt: skip
+"""What an object where a list should be raises, a text where a number should be, and the like."""
 
 
 class Shape(NamedTuple):
@@ -79,10 +93,9 @@ def read_gltf(path: Path) -> Contents:
         reader = _Reader(document)
         pieces = list(reader.pieces(path))
         return Contents(pieces, reader.notes())
-    except BrokenFile:
+    except (BrokenFile, InputError):
         raise
-    except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
-        # An object where a list should be, a text where a number should be, and the like.
+    except MALFORMED as error:
         raise BrokenFile(
             f"its description is not as glTF wants it: {type(error).__name__}: {error}"
         ) from error
@@ -97,6 +110,8 @@ class _Reader:
         self._refuse_what_is_not_read()
         self.nodes = Nodes(document)
         self._shapes: dict[tuple, list[Shape]] = {}
+        # A few lines can name the same numbers for a thousand shapes, and those for ever more.
+        self._tally = Tally("the shapes of its nodes", "take a part of it")
         self._not_drawn: Counter[str] = Counter()
         self._shown: list[int] = []
 
@@ -139,7 +154,8 @@ class _Reader:
         else:
             names = [f"{name}/{number}" for number in range(len(matrices))]
         per_instance = sum(len(shape.triangles) for shape in shapes)
-        _refuse_if_too_many(per_instance * len(matrices), name)
+        per_instance = per_instance * BYTES_PER_TRIANGLE + len(shapes) * BYTES_PER_INSTANCE
+        self._tally.add(per_instance * len(matrices))
         joints = self.nodes.of_joints(entry["skin"]) if "skin" in entry else None
         for instance, matrix in zip(names, matrices):
             for shape in shapes:
@@ -198,7 +214,10 @@ class _Reader:
         else:
             indices = np.arange(len(vertices))
         triangles = _triangles(indices, primitive.get("mode", TRIANGLES), where)
-        return Shape(name, vertices, triangles, *self._joints(attributes, len(vertices), where))
+        joints, weights = self._joints(attributes, len(vertices), where)
+        made = [vertices, triangles, *(each for each in (joints, weights) if each is not None)]
+        self._tally.add(sum(each.nbytes for each in made))
+        return Shape(name, vertices, triangles, joints, weights)
 
     def _joints(
         self, attributes: dict, n_vertices: int, where: str

@@ -113,7 +113,8 @@ class Document:
             place = whole(entry.get("byteOffset", 0), f"the byteOffset of {where}")
             values = self._view(entry["bufferView"], place, count, component, width, where)
         else:
-            refuse_if_too_large(count * width * 8, f"{where} of {self._path}", "repair the file")
+            # Zeros take no room, but what they are turned into does, more than once.
+            refuse_if_too_large(count * width * 24, f"{where} of {self._path}", "repair the file")
             values = np.zeros((count, width), dtype=component)
         if "sparse" in entry:
             values = self._replaced(values, entry["sparse"], component, where)
@@ -200,6 +201,9 @@ class Document:
             raise BrokenFile(f"its buffer {uri} is not beside it; only files are read")
         folder = self._path.parent
         for name in (urllib.parse.unquote(uri), uri):  # some programs forget to encode
+            # Windows asks any machine for what is called \\machine\folder\file.
+            if name.startswith(("/", "\\")) or name[1:2] == ":":
+                raise BrokenFile(f"its buffer {uri} is not beside it; only files are read")
             try:
                 if (folder / name).is_file():
                     return (folder / name).read_bytes()

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..memory import refuse_if_too_large
+from ..memory import Tally
 from .contents import BrokenFile
 from .gltf_accessors import Document, real, whole
 
@@ -37,6 +37,7 @@ class Nodes:
         self._document = document
         self._matrices: dict[int, np.ndarray] = {}
         self._parents: dict[int, int] = {}
+        self._tally = Tally("the instances at its nodes", "take a part of it")
         for parent in range(len(self.entries)):
             for child in document.entry("nodes", parent).get("children", []):
                 document.entry("nodes", child)
@@ -99,9 +100,7 @@ class Nodes:
         if len(counts) != 1:
             raise BrokenFile(f"the attributes of {INSTANCING} are of different lengths, or none")
         count = counts.pop()
-        refuse_if_too_large(
-            count * BYTES_PER_INSTANCE, f"a node of {count} instances", "take a part of it"
-        )
+        self._tally.add(count * BYTES_PER_INSTANCE)
         return _composed(
             found.get("TRANSLATION", np.zeros((count, 3))),
             found.get("ROTATION", np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))),

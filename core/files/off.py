@@ -109,7 +109,8 @@ def _read_binary(path: Path, data: bytes, found: re.Match[bytes]) -> Contents:
     """Read the binary form: the same numbers, all of four bytes, the largest first."""
     kind, begin = found[1], data.find(b"\n", found.end()) + 1
     n_counts = 4 if b"n" in kind else 3
-    counts = np.frombuffer(data[begin : begin + 4 * n_counts], dtype=INTEGER).tolist()
+    header = data[begin : begin + 4 * n_counts]
+    counts = np.frombuffer(header, INTEGER, len(header) // 4).tolist()
     if len(counts) < n_counts or min(counts) < 0:
         raise BrokenFile("the counts at its beginning are cut off, or negative")
     if b"n" in kind:

@@ -424,6 +424,79 @@ def test_zeros_without_end_are_refused_before_they_are_made(built, tmp_path):
     assert "of memory" in refused(built, tmp_path)
 
 
+@pytest.fixture
+def little_memory(monkeypatch):
+    """A machine with 100 MiB."""
+    monkeypatch.setattr("accelscope.core.memory.available_bytes", lambda: 100 << 20)
+
+
+def test_zeros_that_fit_but_once(little_memory, built, tmp_path):
+    """They are turned into other numbers, and those into vertices."""
+    built.root["accessors"] = [{"componentType": 5126, "count": 3_000_000, "type": "VEC3"}]
+    built.primitive(position=0)
+    assert "of memory" in refused(built, tmp_path)
+
+
+@pytest.mark.parametrize("times", ["primitives", "weights", "instances"])
+def test_a_few_lines_that_name_the_same_numbers_again_and_again(
+    little_memory, built, tmp_path, times
+):
+    """A file of a hundred kilobytes, and gigabytes that nobody has announced."""
+    vertices = np.zeros((30_000, 3))
+    vertices[:3] = TRIANGLE
+    position, first = built.accessor(vertices), built.accessor([0, 1, 2], "u1")
+    for _ in range(1000 if times == "primitives" else 1):
+        built.primitive(position=position)["indices"] = first
+    if times == "weights":
+        built.root["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": position}]
+        built.root["nodes"] = [{"mesh": 0, "weights": [0.001 * k]} for k in range(1000)]
+        built.root["scenes"][0]["nodes"] = list(range(1000))
+    if times == "instances":
+        built.root["meshes"][0]["primitives"][0]["indices"] = len(built.root["accessors"])
+        built.root["accessors"].append({"componentType": 5121, "count": 0, "type": "SCALAR"})
+        attributes = {"TRANSLATION": position}
+        instancing = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
+        built.root["nodes"] = [{"mesh": 0, "extensions": instancing} for _ in range(100)]
+        built.root["scenes"][0]["nodes"] = list(range(100))
+    what = "instances at its nodes" if times == "instances" else "shapes of its nodes"
+    assert f"the {what} needs" in refused(built, tmp_path)
+
+
+@pytest.mark.parametrize("uri", ["/etc/hostname", "%2Fetc/hostname", r"\\machine\folder\file",
+                                 "C:/file"])  # fmt: skip
+def test_numbers_from_anywhere_else(built, tmp_path, uri):
+    built.primitive(TRIANGLE)
+    path = built.save(tmp_path / "m.gltf", uri=uri)
+    with pytest.raises(InputError, match="is not beside it; only files are read"):
+        load_mesh_file(path)
+
+
+def test_halves_of_letters_in_names(built, tmp_path, run):
+    """JSON can have them, CSV and pages cannot."""
+    built.primitive(TRIANGLE)
+    built.root["extensionsUsed"] = ["ACME_\ud800"]
+    path = built.save(tmp_path / "m.gltf")
+    outcome = run("evaluate", path, "--structure", "naive", "--rays", "random_lines:count=5",
+                  "--csv", tmp_path / "a.csv", "--json", tmp_path / "a.json",
+                  "--pictures", tmp_path / "p", "--quiet")  # fmt: skip
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "the extensions ACME_\N{REPLACEMENT CHARACTER} say" in (tmp_path / "a.csv").read_text()
+    (record,) = json.loads((tmp_path / "a.json").read_text())["records"]
+    assert record["scene"]["notes"] == ["not read: what the extensions ACME_\ud800 say"]
+
+
+@pytest.mark.parametrize("depth", [900, 980, 990, 5000, 100_000])
+def test_lists_in_lists(built, tmp_path, depth):
+    """Just as deep as can be read may be deeper than can be told of."""
+    built.primitive(TRIANGLE)
+    path = built.save(tmp_path / "m.gltf")
+    text = path.read_text().replace('"2.0"', "[" * depth + "]" * depth)
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_mesh_file(path)
+    assert len(str(caught.value)) < 400
+
+
 def test_compressed_numbers_are_refused_where_there_is_nothing_else(built, tmp_path):
     primitive = built.primitive(TRIANGLE)
     primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0}}

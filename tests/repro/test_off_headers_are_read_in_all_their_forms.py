@@ -120,3 +120,11 @@ def test_lines_too_many_are_said(tmp_path):
     path = tmp_path / "m.off"
     path.write_text(text("OFF\n7 2 0") + "3 0 1 2\n")
     assert load_mesh_file(path).notes == ("not read: 1 line behind the last face",)
+
+
+def test_binary_counts_may_be_cut_off_anywhere(tmp_path):
+    for left in range(12):
+        path = tmp_path / "a.off"
+        path.write_bytes(b"OFF BINARY\n" + bytes([0, 0, 0, 3] * 3)[:left])
+        with pytest.raises(InputError, match="the counts at its beginning are cut off"):
+            load_mesh_file(path)
