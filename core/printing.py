@@ -1,4 +1,4 @@
-"""What is printed: every line for a terminal passes through here.
+"""What is printed: every line for a terminal passes through here, and every name on a page.
 
 Names come from files: a terminal would obey the control characters in them, and a bidirectional
 override would show their letters in another order.
@@ -6,6 +6,7 @@ override would show their letters in another order.
 
 from __future__ import annotations
 
+import html
 import sys
 import traceback
 from typing import TextIO
@@ -14,6 +15,14 @@ from typing import TextIO
 def printable(text: str) -> str:
     """Return a text that a terminal only shows: what would steer it is written as an escape."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def in_html(text: str) -> str:
+    """Return a text as a page has it: neither tags nor anything else in it has an effect.
+
+    What is invisible, or would turn the order of letters, is written as an escape here, too.
+    """
+    return html.escape(printable(text))
 
 
 def print_lines(text: str, file: TextIO | None, flush: bool = False) -> None:

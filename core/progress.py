@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 
@@ -60,10 +61,24 @@ class TerminalProgress(Progress):
         if not finished and now - self._drawn < 0.1:
             return
         self._drawn = now
-        filled = int(30 * done / total) if total else 0
-        line = f"\r{printable(text):<40.40} [{'#' * filled:<30}] {100 * done / max(total, 1):3.0f}%"
-        sys.stderr.write("\r" + " " * 80 + "\r" if finished else line)
+        share = f" {100 * done / max(total, 1):3.0f}%"
+        bar = f" [{'#' * int(30 * done / total) if total else '':<30}]"
+        # A line that is wider than the terminal would go on in the next, again and again.
+        columns = max(_columns() - 1, 0)
+        if columns < 40 + len(bar + share):
+            bar = ""
+        room = max(min(columns - len(bar + share), 40), 0)
+        line = f"{printable(text)[:room]:<{room}}{bar}{share}"[:columns]
+        sys.stderr.write("\r" + " " * len(line) + "\r" if finished else f"\r{line}")
         sys.stderr.flush()
+
+
+def _columns() -> int:
+    """Return how wide the terminal is, in letters."""
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
+    except (OSError, ValueError):
+        return 80  # as terminals are that cannot say it
 
 
 SILENT = Progress()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import html
 from pathlib import Path
 from string import Template
 
 import numpy as np
 
+from ..printing import in_html
 from .animation import METHODS, Comparison, growth
 from .chart import Curve, line_chart
 from .pictures import picture_of_levels
@@ -59,15 +59,15 @@ def write_page(folder: Path, comparison: Comparison) -> None:
         cost = show_number(record["statistics"]["sah"])
         shown.append((f"{method}.png", f"Frame {record['frame']}, {method}: {caption}, SAH {cost}"))
     figures = "\n".join(
-        f'<figure><img src="{file}" alt="{html.escape(text)}">'
-        f"<figcaption>{html.escape(text)}</figcaption></figure>"
+        f'<figure><img src="{file}" alt="{in_html(text)}">'
+        f"<figcaption>{in_html(text)}</figcaption></figure>"
         for file, text in shown
     )
     text = (
         f"{len(comparison.history)} frames, {len(scene)} triangles. In the last frame the cost of "
         f"the refitted tree is {growth(*records[-2:]):.3f} times that of a new one."
     )
-    page = PAGE.substitute(scene=html.escape(scene.name), text=text, figures=figures)
+    page = PAGE.substitute(scene=in_html(scene.name), text=text, figures=figures)
     write_text(folder / "index.html", page)
 
 

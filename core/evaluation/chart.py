@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from ..printing import in_html
 
 WIDTH, HEIGHT = 720, 420
 LEFT, RIGHT, TOP, BOTTOM = 74, 24, 52, 52
@@ -57,7 +58,7 @@ def line_chart(title: str, x_label: str, curves: Sequence[Curve]) -> str:
         return HEIGHT - BOTTOM - value / top * (HEIGHT - TOP - BOTTOM)
 
     bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
-    parts = [f'<text x="{LEFT}" y="22" class="title">{html.escape(title)}</text>']
+    parts = [f'<text x="{LEFT}" y="22" class="title">{in_html(title)}</text>']
     for value in nice_ticks(0.0, top):
         parts.append(f'<path class="grid" d="M{LEFT} {row(value):.1f}H{right}"/>')
         parts.append(
@@ -70,8 +71,7 @@ def line_chart(title: str, x_label: str, curves: Sequence[Curve]) -> str:
         )
     parts.append(f'<path class="axis" d="M{LEFT} {TOP}V{bottom}H{right}"/>')
     parts.append(
-        f'<text x="{(LEFT + right) / 2}" y="{HEIGHT - 12}" class="middle">'
-        f"{html.escape(x_label)}</text>"
+        f'<text x="{(LEFT + right) / 2}" y="{HEIGHT - 12}" class="middle">{in_html(x_label)}</text>'
     )
     for number, curve in enumerate(curves):
         colour = PALETTE[number % len(PALETTE)]
@@ -86,7 +86,7 @@ def line_chart(title: str, x_label: str, curves: Sequence[Curve]) -> str:
             ]
         at = LEFT + 130 * number
         parts.append(f'<path d="M{at} 36h22" stroke="{colour}" stroke-width="2"/>')
-        parts.append(f'<text x="{at + 28}" y="40">{html.escape(curve.name)}</text>')
+        parts.append(f'<text x="{at + 28}" y="40">{in_html(curve.name)}</text>')
     return DOCUMENT.format(width=WIDTH, height=HEIGHT, parts="\n".join(parts))
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from pathlib import Path
 from string import Template
 
 import numpy as np
 
+from ..printing import in_html
 from ..scene import Scene
 from ..structures.bvh import BVH
 from ..structures.bvh.exhibits.volume import VIEWS, volume_efficiency
@@ -38,14 +38,14 @@ def write_page(folder: Path, scene: Scene, records: Sequence[Record]) -> None:
         kind, name = kinds[number // len(VIEWS)], VIEWS[number % len(VIEWS)]
         file = f"{kind}-{name.replace(' ', '_')}.png"
         write_png(folder / file, view.with_lines(frame.segments, frame.colours))
-        text = html.escape(frame.caption)
+        text = in_html(frame.caption)
         figures.append(
             f'<figure><img src="{file}" alt="{text}"><figcaption>{text}</figcaption></figure>'
         )
-    titles = "".join(f"<th>{html.escape(title)}</th>" for title, _ in COLUMNS)
+    titles = "".join(f"<th>{in_html(title)}</th>" for title, _ in COLUMNS)
     rows = "".join(f"<tr>{cells_of(record)}</tr>" for record in records)
     page = PAGE.substitute(
-        scene=html.escape(scene.name),
+        scene=in_html(scene.name),
         table=f"<tr>{titles}</tr>{rows}",
         figures="\n".join(figures),
     )
@@ -55,9 +55,9 @@ def write_page(folder: Path, scene: Scene, records: Sequence[Record]) -> None:
 def cells_of(record: Record) -> str:
     """Return the cells of a record's row in the table."""
     if "error" in record:
-        reason = html.escape(failure(record))
+        reason = in_html(failure(record))
         return f"<td>{record['volume']}</td><td colspan={len(COLUMNS) - 1}>{reason}</td>"
-    return "".join(f"<td>{html.escape(show(record))}</td>" for _, show in COLUMNS)
+    return "".join(f"<td>{in_html(show(record))}</td>" for _, show in COLUMNS)
 
 
 PAGE = Template("""<!doctype html>

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from ..colours import EMPTY_TINT, depth_colours, face_opacity
 from ..geometry.box import surface_area
 from ..geometry.rays import Rays
 from ..outlines import faces_of, triangles_of, wires_of
+from ..printing import in_html
 from ..settings import to_text
 from ..structures.cells import Cells
 from ..structures.contract import Structure
@@ -68,7 +68,7 @@ class Gallery:
         """Say on the page why a structure is not on it."""
         self._rows.append(
             f"<section>{heading(scene, structure.label, settings)}"
-            f'<p class="failed">{html.escape(reason)}</p></section>'
+            f'<p class="failed">{in_html(reason)}</p></section>'
         )
 
     def add(
@@ -119,7 +119,7 @@ class Gallery:
                 write_png(self.folder / file, picture.image)
                 frames.append((file, picture.caption))
             yield (
-                f"<h3>{html.escape(exhibit.label)}</h3><p>{html.escape(exhibit.description)}</p>"
+                f"<h3>{in_html(exhibit.label)}</h3><p>{in_html(exhibit.description)}</p>"
                 f'<div class="row frames">{figure_tags(frames)}</div>'
             )
 
@@ -297,17 +297,16 @@ RAY_SECTIONS = ("Rays", "Per ray")
 def html_table(caption: str, rows: list[tuple[str, str, str]]) -> str:
     """Return rows of :func:`figures` as a table."""
     lines = "".join(
-        f"<tr><th>{html.escape(label)}</th><td>{html.escape(text)}</td></tr>"
-        for _, label, text in rows
+        f"<tr><th>{in_html(label)}</th><td>{in_html(text)}</td></tr>" for _, label, text in rows
     )
-    return f"<table><caption>{html.escape(caption)}</caption>{lines}</table>"
+    return f"<table><caption>{in_html(caption)}</caption>{lines}</table>"
 
 
 def figure_tags(pictures: list[tuple[str, str]]) -> str:
     """Return files and their captions as figures."""
     return "".join(
-        f'<figure><img src="{html.escape(file)}" alt="{html.escape(caption)}">'
-        f"<figcaption>{html.escape(caption)}</figcaption></figure>"
+        f'<figure><img src="{in_html(file)}" alt="{in_html(caption)}">'
+        f"<figcaption>{in_html(caption)}</figcaption></figure>"
         for file, caption in pictures
     )
 
@@ -333,8 +332,8 @@ def section(
 def heading(scene: str, structure: str, settings: Any) -> str:
     """Return the heading of a section, and the settings below it."""
     return (
-        f"<h2>{html.escape(scene)} &middot; {html.escape(structure)}</h2>"
-        f"<p>{html.escape(to_text(settings).replace(',', ', '))}</p>"
+        f"<h2>{in_html(scene)} &middot; {in_html(structure)}</h2>"
+        f"<p>{in_html(to_text(settings).replace(',', ', '))}</p>"
     )
 
 

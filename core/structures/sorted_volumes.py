@@ -33,8 +33,7 @@ from ..settings import setting
 from .bvh.fit import fit_all, sticking_out
 from .bvh.walk import VolumeWorkspace
 from .cells import Cells
-from .contract import Found, Structure, intersection_cost, traversal_cost, walk
-from .statistics import Statistics
+from .contract import Found, Statistics, Structure, intersection_cost, traversal_cost, walk
 from .steps import HIT, LEAP, NONE, SKIP, TEST, VISIT_LEAF, VOLUME_TEST, note
 
 

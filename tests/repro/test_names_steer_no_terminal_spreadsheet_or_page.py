@@ -115,6 +115,18 @@ def test_names_on_every_page(run, obj, tmp_path, name):
         assert hostile.attributes == plain.attributes
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="no such names there")
+def test_names_on_a_page_turn_no_letters(run, obj, tmp_path):
+    """An override would show the rest of the heading backwards; the last one is no letter."""
+    mesh = obj(name="a\u202eb\x1b\udcff.obj")
+    outcome = run("evaluate", mesh, "--structure", "naive", *RAYS, "--pictures", tmp_path / "p",
+                  "--quiet")  # fmt: skip
+    assert (outcome.code, outcome.err) == (0, "")
+    page = (tmp_path / "p" / "index.html").read_text()
+    assert r"<h2>a\u202eb\x1b\udcff &middot; " in page
+    assert all(line.isprintable() for line in page.split("\n"))
+
+
 def test_a_table_of_failed_records():
     record = {"scene": {"name": "s"}, "structure": {"name": "naive", "settings": {}},
               "rays": {"name": "camera"}, "error": "much \x1b[1m too large"}  # fmt: skip
