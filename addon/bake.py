@@ -1,7 +1,7 @@
 """Bake: cells as a real mesh object, to keep, to render and to build nodes on.
 
-What it consists of is computed in any thread, a few thousand cells at a time; the object is made of
-it in Blender's thread, one array at a time. So nothing holds Blender up for long.
+What it consists of is computed in any thread, AT_ONCE cells at a time; the object is made of it in
+Blender's thread, one array at a time. So nothing holds Blender up for long.
 """
 
 from __future__ import annotations

@@ -24,9 +24,10 @@ from .command_arguments import SPECS, Parser
 from .command_output import NOTHING, CannotPrint, complain, print_result
 from .standard_streams import (
     is_standard_output,
-    open_missing_streams,
     own_standard_error,
     own_standard_output,
+    path_of,
+    reopen_closed_streams,
 )
 
 OUTPUTS = "json", "csv", "hits"
@@ -79,7 +80,7 @@ def main(
         Exit code: 0; 1 if something was measured and something was not; 2 if nothing was, after
         one line on standard error.
     """
-    open_missing_streams()
+    reopen_closed_streams()
     # A name that the terminal cannot show is no reason to fail.
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
@@ -94,13 +95,19 @@ def main(
             outputs = [
                 name for name in OUTPUTS if is_standard_output(getattr(arguments, name, None))
             ]
+            if len(outputs) > 1:
+                raise InputError(
+                    f"{' and '.join(f'--{name}' for name in outputs)} cannot both be standard "
+                    "output; name a file for one of them"
+                )
+            arguments.is_output_taken = bool(outputs)
             others_to = None if arguments.quiet else 2
             output = arguments.standard_output = stack.enter_context(
                 own_standard_output(others_to=others_to, until_exit=until_exit)
             )
             # By its own name, standard output is where others print now.
             for name in outputs:
-                setattr(arguments, name, "-" if name == "json" else output.fileno())
+                setattr(arguments, name, "-" if name == "json" else path_of(output))
             stack.enter_context(stopped_by_signals())
             return arguments.run(arguments, open_file)
         except SystemExit as stop:  # argparse has printed the help

@@ -230,7 +230,7 @@ class Batch:
         return record, traced
 
 
-def write_hits(path: str | int, scene: Scene, traced: Any) -> None:
+def write_hits(path: str, scene: Scene, traced: Any) -> None:
     """Write t, primitive (index in the file's order) and the counters of every ray."""
     from ..core.structures.steps import COUNTER_NAMES
     from ..core.writing import replacing

@@ -37,7 +37,8 @@ def add_output_options(parser: argparse.ArgumentParser, pictures: str) -> None:
     add = parser.add_argument
     add("--json", metavar="PATH",
         help="write the records as JSON; - is standard output, for JSON alone")  # fmt: skip
-    add("--csv", metavar="PATH", help="write the records as CSV")
+    add("--csv", metavar="PATH",
+        help="write the records as CSV; - is standard output, for CSV alone")  # fmt: skip
     add("--pictures", metavar="DIR", help=f"write {pictures}, and a page")
     add("--quiet", action="store_true",
         help="print errors only: no table, progress or remark, neither of Blender's")  # fmt: skip
@@ -172,7 +173,8 @@ class Results:
             reason = reason_of(error)
         else:
             print_traceback(error)
-            reason = f"a defect of AccelScope: {type(error).__name__}: {error}"
+            what = " ".join(f"{type(error).__name__}: {error}".split())
+            reason = f"a defect of AccelScope: {what}"
         complain(reason if self._expected == 1 else f"{where}: {reason}")
         self._is_all_there = False
         return reason
@@ -231,7 +233,7 @@ class Results:
         wanted = self._files()
         if options.json == "-":
             wanted.append(lambda: print_result(options, to_json_text(records)))
-        elif not options.quiet:
+        elif not (options.quiet or options.is_output_taken):
             wanted.append(lambda: print_result(options, self._table(records)))
         errors: list[Exception] = []
         for write in wanted:
@@ -264,8 +266,7 @@ def refuse_bad_outputs(
         Naming the place.
     """
     names = [arguments.json, arguments.csv, *others]
-    # Standard output is a number here.
-    outputs = [Path(name) for name in names if isinstance(name, str) and name != "-"]
+    outputs = [Path(name) for name in names if name not in (None, "-")]
     if arguments.pictures:
         outputs.append(Path(arguments.pictures) / "index.html")
     refuse_to_overwrite([*inputs, *filter(None, [arguments.open_path])], outputs)

@@ -14,7 +14,7 @@ import bpy
 from ..core.evaluation.environment import set_blender_version
 from ..core.kernels import set_cache_root
 from ..core.scene import Scene
-from . import jobs, properties, session
+from . import jobs, properties, session, watching
 
 BASE_PACKAGE = __package__.rpartition(".")[0]
 """``accelscope``, or ``bl_ext.<repository>.accelscope`` in an extension."""
@@ -38,6 +38,7 @@ def register() -> None:
                 _registered.append(cls)
     properties.register()
     session.register()
+    watching.register()
     # What is still registered when Python ends makes Blender 4.5 hang or crash.
     atexit.register(unregister)
     _commands.append(bpy.utils.register_cli_command("accelscope", _run_command))
@@ -49,6 +50,7 @@ def unregister() -> None:
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
     jobs.stop()
+    watching.unregister()
     session.unregister()
     properties.unregister()
     while _registered:

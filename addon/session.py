@@ -1,16 +1,14 @@
 """Session: what has been built and traced, kept outside of Blender's data.
 
 Results are Python objects that no .blend can hold and no undo step should copy. They survive undo
-and are dropped when another file is loaded. Handlers only mark what may have changed; a timer
-compares it with what was built over (:mod:`.snapshot`). Nothing is rebuilt by itself.
+and are dropped when another file is loaded. Whether they are still those of the scene is watched
+(:mod:`.watching`); nothing is rebuilt by itself.
 """
 
 from __future__ import annotations
 
 import contextlib
 import sys
-import time
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,7 +18,7 @@ from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
 from ..core.printing import print_lines
-from . import generated, jobs, overlay, properties
+from . import generated, jobs, overlay, properties, watching
 from .drawable import Drawable
 from .outcome import Outcome
 from .showcase import Showcase
@@ -33,16 +31,6 @@ if TYPE_CHECKING:  # importing them for real would import Numba, and make Blende
     from ..core.evaluation.ray_path import Walk
     from ..core.structures.cells import Cells
     from ..core.structures.steps import Steps
-
-
-DELAY = 0.15
-"""Seconds without an update before the scene is compared: during a drag there are many."""
-
-AT_ONCE = 0.03
-"""Seconds that Blender may be held up by comparing; what is left waits for the next time."""
-
-PAUSE = 0.01
-"""Seconds that Blender gets in between."""
 
 
 class Status(NamedTuple):
@@ -80,8 +68,6 @@ class Session:
         The records of the last comparison over the timeline.
     split_view : SplitView
         The plane that divides the scene.
-    watched : list of Look
-        Those that handlers keep an eye on: that of the snapshot above, and those of work under way.
     """
 
     snapshot: Snapshot | None = None
@@ -97,7 +83,6 @@ class Session:
     showcase: Showcase = field(default_factory=Showcase)
     timeline: list[dict[str, Any]] = field(default_factory=list)
     split_view: SplitView | None = None
-    watched: list[Look] = field(default_factory=list)
 
     # Storing results.
 
@@ -115,8 +100,8 @@ class Session:
 
     def watch(self, *looks: Look) -> None:
         """Keep an eye on what is looked at by work under way, too; it may come to nothing."""
-        self.watched = [self.snapshot.look] if self.snapshot else []
-        self.watched += looks
+        own = [self.snapshot.look] if self.snapshot else []
+        watching.watched[:] = [*own, *looks]
 
     def set_built(self, outcome: Outcome) -> None:
         """Replace everything by a new structure, and draw it."""
@@ -200,7 +185,8 @@ class Session:
             overlay.disable()
         self.snapshot = self.built = self.drawable = self.record = self.traced = None
         self.showcase, self.split_view = Showcase(), None
-        self.timeline, self.watched = [], []
+        self.timeline = []
+        self.watch()
         self._forget_paths()
 
     # Asking.
@@ -230,14 +216,14 @@ class Session:
                 look.compare(depsgraph)
         is_settled = look.is_settled_for(context.view_layer)
         if not is_settled:
-            compare_soon()
+            watching.compare_soon()
         change = look.change_in(context.view_layer) if is_settled else ""
         reason = change or self._other_settings(context)
         if reason:
             return Status(False, f"Out of date: {reason}")
         if is_settled:
             return Status(True, "Up to date")
-        if _is_playing():
+        if watching.is_playing():
             return Status(False, "Compared with the scene when the animation stops")
         return Status(False, "Comparing with the scene...")
 
@@ -286,91 +272,7 @@ class Session:
 current = Session()
 
 
-# -------------------------------------------------------------------------------------- handlers
-
-
-_last_update = 0.0
-
-
-@persistent
-def _after_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    """Mark what Blender has evaluated: by an edit or for another frame."""
-    global _last_update
-    # Rendering evaluates a scene of its own, perhaps in another thread.
-    if depsgraph.mode != "VIEWPORT" or not current.watched:
-        return
-    watched = [each for each in current.watched if each.owner == scene.original.session_uid]
-    were_settled = all(each.is_settled for each in watched)
-    for look in watched:
-        look.note_updates(depsgraph)
-    if not all(each.is_settled for each in watched):
-        _last_update = time.monotonic()
-        compare_soon()
-        if were_settled and not bpy.app.background:
-            jobs.redraw_sidebars()  # what they say may not be true any more
-
-
-@persistent
-def _after_undo(*_: Any) -> None:
-    for look in current.watched:
-        look.note_everything()
-    compare_soon()
-
-
-def compare_soon() -> None:
-    """Compare with the scene once Blender has time; without a window, whoever asks compares."""
-    if not bpy.app.background and not bpy.app.timers.is_registered(_compare):
-        bpy.app.timers.register(_compare, first_interval=DELAY)
-
-
-def _compare() -> float | None:
-    """Compare what is watched with what windows show, a little at a time; return when to go on."""
-    waiting = list(_waiting())
-    if not waiting:
-        return None
-    wait = _last_update + DELAY - time.monotonic()
-    if wait > 0.0 or jobs.running() or _is_playing():
-        return max(wait, DELAY)
-    until = time.monotonic() + AT_ONCE
-    for look, window in waiting:
-        with in_window(window):
-            is_complete = look.compare(bpy.context.evaluated_depsgraph_get(), until)
-        if not is_complete:
-            return PAUSE
-    jobs.redraw_sidebars()
-    return None
-
-
-def _waiting() -> Iterator[tuple[Look, bpy.types.Window]]:
-    """Yield what is watched and not known, and a window that shows that scene and view layer.
-
-    Every window has a scene and a view layer of its own. In a timer Blender makes the first window
-    the current one, whichever the user works in.
-    """
-    asked = set()
-    for window in bpy.context.window_manager.windows:
-        for look in current.watched:
-            key = id(look), window.view_layer.name
-            is_shown = look.owner == window.scene.session_uid
-            if is_shown and key not in asked and not look.is_settled_for(window.view_layer):
-                asked.add(key)
-                yield look, window
-
-
-def in_window(window: bpy.types.Window) -> Any:
-    """Return a context in which a window is the current one, with the scene that it shows.
-
-    All three are named, since Blender takes what is not from whoever is the current one otherwise.
-    """
-    return bpy.context.temp_override(
-        window=window, scene=window.scene, view_layer=window.view_layer
-    )
-
-
-def _is_playing() -> bool:
-    """Say whether an animation is playing: comparing every frame would hold it up."""
-    windows = bpy.context.window_manager.windows
-    return any(window.screen.is_animation_playing for window in windows)
+# ------------------------------------------------------------------------- beside the results
 
 
 _asking_scene = 0
@@ -398,7 +300,7 @@ def _make_frame() -> None:
     windows = list(bpy.context.window_manager.windows)
     asking = [window for window in windows if window.scene.session_uid == _asking_scene]
     window = next(iter(asking or windows), None)  # which a job needs
-    with in_window(window) if window else contextlib.nullcontext():
+    with watching.in_window(window) if window else contextlib.nullcontext():
         # Clicks on something else may have come in between.
         if not bpy.ops.accelscope.show_frame.poll():
             return
@@ -421,26 +323,21 @@ def _after_load(*_: Any) -> None:
 
 
 HANDLERS = (
-    ("depsgraph_update_post", _after_update),
-    ("frame_change_post", _after_update),
-    ("undo_post", _after_undo),
-    ("redo_post", _after_undo),
     ("load_pre", _before_load),
     ("load_post", _after_load),
 )
 
 
 def register() -> None:
-    """Start listening to Blender."""
+    """Start listening to Blender, which may load another file."""
     for event, handler in HANDLERS:
         getattr(bpy.app.handlers, event).append(handler)
 
 
 def unregister() -> None:
     """Stop listening and drop all results."""
-    for timer in (_compare, _make_frame):
-        if bpy.app.timers.is_registered(timer):
-            bpy.app.timers.unregister(timer)
+    if bpy.app.timers.is_registered(_make_frame):
+        bpy.app.timers.unregister(_make_frame)
     for event, handler in HANDLERS:
         handlers = getattr(bpy.app.handlers, event)
         if handler in handlers:

@@ -117,8 +117,14 @@ class Look:
         """Whether nothing may have changed in any view layer that it was compared with."""
         return all(each.is_settled for each in self.layers.values())
 
-    def note_updates(self, depsgraph: bpy.types.Depsgraph) -> None:
-        """Mark what Blender says it has evaluated; cheap, looks at nothing."""
+    def note_updates(self, depsgraph: bpy.types.Depsgraph) -> bool:
+        """Mark what Blender says it has evaluated; cheap, looks at nothing.
+
+        Returns
+        -------
+        bool
+            Whether something was settled that is not any more.
+        """
         may_differ, unread = False, set()
         for update in depsgraph.updates:
             changed = update.id.original
@@ -131,9 +137,11 @@ class Look:
             elif isinstance(changed, (bpy.types.Scene, bpy.types.Collection)):
                 # Something was added, removed, hidden or selected.
                 may_differ = True
+        is_news = may_differ and any(each.is_settled for each in self.layers.values())
         for layer in self.layers.values():
             layer.unread |= unread
             layer.is_settled &= not may_differ
+        return is_news
 
     def note_everything(self) -> None:
         """Mark all there is, since Blender does not say what an undo has brought back."""

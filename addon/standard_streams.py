@@ -11,27 +11,12 @@ import contextlib
 import ctypes
 import io
 import os
+import stat
 import sys
 from collections.abc import Iterator
 from typing import TextIO
 
-
-def open_missing_streams() -> None:
-    """Let standard input, output and errors be something, where the process has none (``>&-``).
-
-    Else the next file that is opened gets the number of what is missing, and in it whatever anybody
-    prints.
-    """
-    for descriptor in range(3):
-        try:
-            os.fstat(descriptor)
-        except OSError:
-            # The lowest number that is free: this one.
-            os.open(os.devnull, os.O_RDWR)
-    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
-        if getattr(sys, name) is None:
-            # It stays open as long as the process.
-            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+from ..core.errors import InputError
 
 
 @contextlib.contextmanager
@@ -70,6 +55,24 @@ def others_kept_silent() -> Iterator[None]:
         yield
 
 
+def reopen_closed_streams() -> None:
+    """Let standard input, output and errors be something, where the process has none (``>&-``).
+
+    Else the next file that is opened gets the number of what is missing, and in it whatever anybody
+    prints.
+    """
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            # The lowest number that is free: this one.
+            os.open(os.devnull, os.O_RDWR)
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            # It stays open as long as the process.
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+
+
 def descriptor_of(stream: TextIO) -> int | None:
     """Return the descriptor a stream writes to; None if it is an object of Python's alone."""
     try:
@@ -79,7 +82,9 @@ def descriptor_of(stream: TextIO) -> int | None:
 
 
 def is_standard_output(path: str | None) -> bool:
-    """Say whether a path leads to where standard output goes, as ``/dev/stdout`` does."""
+    """Say whether a path leads to where standard output goes, as ``/dev/stdout`` and ``-`` do."""
+    if path == "-":
+        return True
     descriptor = descriptor_of(sys.stdout)
     if not isinstance(path, str) or descriptor is None:
         return False
@@ -87,6 +92,24 @@ def is_standard_output(path: str | None) -> bool:
         return os.path.samestat(os.stat(path), os.fstat(descriptor))
     except (OSError, ValueError):  # there is nothing, or no such name can be
         return False
+
+
+def path_of(stream: TextIO) -> str:
+    """Return a path by which what a stream writes to can be opened.
+
+    Raises
+    ------
+    InputError
+        If there is none, or if it is a file with something in it, which would be replaced.
+    """
+    descriptor = descriptor_of(stream)
+    path = f"/dev/fd/{descriptor}"
+    if descriptor is None or not os.path.exists(path):
+        raise InputError("standard output has no name here; name a file to write")
+    there = os.fstat(descriptor)
+    if stat.S_ISREG(there.st_mode) and there.st_size > 0:
+        raise InputError("the file behind standard output would be replaced; name another one")
+    return path
 
 
 def stream_like(stream: TextIO, descriptor: int) -> TextIO:

@@ -15,13 +15,12 @@ from .errors import InputError
 
 
 @contextlib.contextmanager
-def replacing(path: str | Path | int) -> Iterator[BinaryIO]:
+def replacing(path: str | Path) -> Iterator[BinaryIO]:
     """Open a file that takes the place of `path` once it is complete; its folder is made.
 
     Until then, and for good if an exception ends the writing, what stood there stays. A link is
     followed. What is no file, such as a pipe, or has no name of its own any more, is written to
-    directly. So is what is given as the number of an open descriptor: whoever has opened it knows
-    it by that number, and a file that took its place would not be what is written to next.
+    directly: what `/dev/stdout` leads to may be either.
 
     Raises
     ------
@@ -29,8 +28,8 @@ def replacing(path: str | Path | int) -> Iterator[BinaryIO]:
         If the place cannot be written to.
     """
     with _complaining(path):
-        if isinstance(path, int) or is_special(path):
-            with open(path, "wb", closefd=not isinstance(path, int)) as file:
+        if is_special(path):
+            with open(path, "wb") as file:
                 yield file
             return
         target = _prepared(path)
@@ -46,7 +45,7 @@ def replacing(path: str | Path | int) -> Iterator[BinaryIO]:
             raise
 
 
-def write_bytes(path: str | Path | int, data: bytes) -> None:
+def write_bytes(path: str | Path, data: bytes) -> None:
     """Write a whole file, as :func:`replacing` does.
 
     Raises
@@ -58,7 +57,7 @@ def write_bytes(path: str | Path | int, data: bytes) -> None:
         file.write(data)
 
 
-def refuse_unwritable(path: str | Path | int) -> None:
+def refuse_unwritable(path: str | Path) -> None:
     """Refuse a `path` that :func:`replacing` could not write; a file there stays as it is.
 
     Its folder is made, as for writing, and has an empty file in it for a moment.
@@ -69,8 +68,6 @@ def refuse_unwritable(path: str | Path | int) -> None:
         If the place cannot be written to.
     """
     with _complaining(path):
-        if isinstance(path, int):
-            return
         if not is_special(path):
             beside = _beside(_prepared(path))
             beside.open("xb").close()
@@ -80,14 +77,13 @@ def refuse_unwritable(path: str | Path | int) -> None:
 
 
 @contextlib.contextmanager
-def _complaining(path: str | Path | int) -> Iterator[None]:
+def _complaining(path: str | Path) -> Iterator[None]:
     """Turn what the operating system refuses into one line about `path`."""
     try:
         yield
     except OSError as error:
-        name = "standard output" if isinstance(path, int) else str(path)
         raise InputError(
-            f"cannot write {name}: {error.strerror}; choose another place", name
+            f"cannot write {path}: {error.strerror}; choose another place", str(path)
         ) from None
 
 
@@ -106,13 +102,11 @@ def _prepared(path: str | Path) -> Path:
     return target
 
 
-def is_special(path: str | Path | int) -> bool:
+def is_special(path: str | Path) -> bool:
     """Say whether no other file can take the place of `path`: that of a device, or of a pipe.
 
-    Nor can it that of a file that is open, but has been deleted, or that of a descriptor.
+    Nor can it that of a file that is open, but has been deleted.
     """
-    if isinstance(path, int):
-        return True
     try:
         # What is there is asked by the name as given: a link in /proc to a pipe says where it
         # leads in words that are no name of a file.

@@ -16,10 +16,14 @@ CASES = Path(__file__).parent / "repro" / "cases"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark every test that uses the add-on: it needs Blender."""
+    """Mark every test that uses the add-on: it needs Blender. Slow ones go first.
+
+    The last of them would otherwise keep one process busy for minutes after all others are done.
+    """
     for item in items:
         if "addon" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.bpy)
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
 
 
 @pytest.fixture

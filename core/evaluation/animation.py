@@ -137,7 +137,7 @@ def animate(
         try:
             comparison.add(number, scene)
         except InputError as error:
-            raise InputError(f"frame {number}: {error}") from None
+            raise InputError(f"frame {number}: {error}", *error.names) from None
     if comparison.last is None:
         raise InputError("there is no frame to compare; name at least one")
     return comparison

@@ -31,7 +31,7 @@ LONE_SURROGATES = re.compile("[\ud800-\udc7f\udd00-\udfff]")
 UTF-8."""
 
 
-def write_text(path: str | Path | int, text: str) -> None:
+def write_text(path: str | Path, text: str) -> None:
     """Write a text file, making its folder.
 
     Raises
@@ -44,12 +44,12 @@ def write_text(path: str | Path | int, text: str) -> None:
     write_bytes(path, text.encode("utf-8", errors="surrogateescape"))
 
 
-def write_json(path: str | Path | int, records: Sequence[Record]) -> None:
+def write_json(path: str | Path, records: Sequence[Record]) -> None:
     """Write records as JSON."""
     write_text(path, to_json_text(records) + "\n")
 
 
-def write_csv(path: str | Path | int, records: Sequence[Record]) -> None:
+def write_csv(path: str | Path, records: Sequence[Record]) -> None:
     """Write records as CSV, one row each: nested names joined by dots, lists by spaces.
 
     A list of mappings, such as that of the lights, is numbered: ``scene.lights.0.kind``. Texts that

@@ -43,7 +43,7 @@ from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
 from .cells import Cells
-from .contract import LOST, Found, Statistics, walk
+from .contract import LOST, Found, walk
 from .grid import Grid, GridSettings
 from .grid.broad import is_broad, walk_broad
 from .grid.dda import (
@@ -61,6 +61,7 @@ from .grid.dda import (
     wall_t,
     way_along,
 )
+from .statistics import Statistics
 from .steps import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 
 # ------------------------------------------------------------------------------------- settings

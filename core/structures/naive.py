@@ -19,12 +19,12 @@ from ..scene import Scene
 from .cells import Cells
 from .contract import (
     Found,
-    Statistics,
     Structure,
     intersection_cost,
     traversal_cost,
     walk,
 )
+from .statistics import Statistics
 from .steps import HIT, TEST, VISIT_LEAF, note
 
 

@@ -33,7 +33,8 @@ from ..settings import setting
 from .bvh.fit import fit_all, sticking_out
 from .bvh.walk import VolumeWorkspace
 from .cells import Cells
-from .contract import Found, Statistics, Structure, intersection_cost, traversal_cost, walk
+from .contract import Found, Structure, intersection_cost, traversal_cost, walk
+from .statistics import Statistics
 from .steps import HIT, LEAP, NONE, SKIP, TEST, VISIT_LEAF, VOLUME_TEST, note
 
 

@@ -7,12 +7,14 @@ import threading
 
 import numpy as np
 import pytest
+from accelscope.core import parallel
 from accelscope.core.evaluation import experiment
 from accelscope.core.evaluation.workloads import random_lines, workloads
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.progress import Cancelled, Progress
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structures
+from accelscope.core.structures.subdivision import subtrees
 from accelscope.sample_scenes import make_sample
 
 
@@ -32,6 +34,13 @@ class CancelAt(Progress):
 NEVER = 10**9
 
 
+@pytest.fixture(autouse=True)
+def two_threads(monkeypatch):
+    """The more threads there are, the more is done at a report."""
+    for module in (parallel, subtrees):
+        monkeypatch.setattr(module, "core_count", lambda: 2)
+
+
 @pytest.fixture(scope="module")
 def big():
     return make_sample("soup:count=50000,edge=0.03")
@@ -46,7 +55,9 @@ def assert_stopped(progress, threads, share):
 
 
 @pytest.mark.parametrize("number", [1, 3])
-def test_a_build_stops(big, structure_name, number):
+def test_a_build_stops(big, structure_name, number, monkeypatch):
+    # Who waits for threads reports every WAIT: a fast machine would be through before the third.
+    monkeypatch.setattr(subtrees, "WAIT", 0.001)
     structure = structures()[structure_name]
     counting = CancelAt(NEVER)
     structure.build(make_sample("tetra:depth=2"), structure.Settings(), counting)

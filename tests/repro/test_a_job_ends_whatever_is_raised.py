@@ -110,18 +110,20 @@ def run(operator: Any, context: Any, seconds: float = 60.0) -> set[str]:
 @pytest.fixture
 def is_clean(bpy: Any, jobs: Any, manager: SimpleNamespace, current: Any, operator: Any) -> Any:
     """Check that everything is as it was before the job."""
+    from accelscope.addon import watching
+
     before = current.built, current.cells, current.record, current.snapshot
 
     def check() -> None:
         assert jobs.running() is None
         assert manager.timers == []
         for job in jobs._abandoned:
-            job.wait(10.0)
+            job.wait(60.0)
             assert job.is_finished
         for verb in ("build", "refit", "trace", "compare_over_timeline", "clear"):
             assert getattr(bpy.ops.accelscope, verb).poll(), verb
         assert before == (current.built, current.cells, current.record, current.snapshot)
-        assert current.watched == [current.snapshot.look]
+        assert watching.watched == [current.snapshot.look]
         assert current.status(bpy.context).text == "Up to date"
         assert bpy.context.scene.frame_current == 2
         assert bpy.ops.accelscope.compare_over_timeline() == {"FINISHED"}
@@ -154,7 +156,7 @@ def test_without_a_fault(operator: Any, jobs: Any, context: Any, manager: Any) -
         "accelscope.core.evaluation.animation.animate",
         "accelscope.core.evaluation.animation.build",  # in the thread, while it waits for frames
         "accelscope.core.evaluation.animation.growth",
-        "accelscope.addon.session.Outcome.of",
+        "accelscope.addon.outcome.Outcome.of",
         "accelscope.addon.session.SplitView",
         "accelscope.addon.overlay.set_cells",
     ],

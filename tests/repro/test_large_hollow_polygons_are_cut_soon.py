@@ -44,7 +44,7 @@ def spike(n, rng):
 OUTLINES = {"star": star, "comb": comb, "spiral": spiral, "coast": coast, "spike": spike}
 
 
-def cut(outline, n_axes=3):
+def cut(outline):
     points = np.zeros((len(outline), 3))
     points[:, :2] = outline
     points[:, 2] = 0.3 * outline[:, 0] - 0.7 * outline[:, 1]
@@ -74,13 +74,18 @@ def test_the_triangles_of_the_plain_search(monkeypatch, name, n):
 
 
 @pytest.mark.parametrize(
-    "name", ["star", *(pytest.param(name, marks=pytest.mark.exhaustive) for name in OUTLINES)]
+    "name",
+    [
+        "star",
+        *(pytest.param(name, marks=pytest.mark.exhaustive) for name in OUTLINES if name != "star"),
+    ],
 )
 def test_100_000_corners(name):
     cut(star(2000, np.random.default_rng(1)))  # compiles
     outline = OUTLINES[name](100_000, np.random.default_rng(1))
     start = time.process_time()
     triangles = cut(outline)
+    # Mostly a third of a second; with every corner tried against every hollow one, half a minute.
     assert time.process_time() - start < 10
     assert len(triangles) == len(outline) - 2
     assert area(outline, triangles) == pytest.approx(own_area(outline), rel=1e-9)

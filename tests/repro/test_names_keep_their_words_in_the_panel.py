@@ -80,3 +80,18 @@ def test_a_file(bpy: Any, root: Any, tmp_path: Any) -> None:
     root.workloads.file.path = str(tmp_path / "my sbvh of max_depth.npz")
     with pytest.raises(RuntimeError, match=r"my sbvh of max_depth\.npz"):
         bpy.ops.accelscope.trace()
+
+
+def test_a_frame_of_the_timeline(in_panel: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The number in front does not make its names ours."""
+    from accelscope.addon.wording import refusal_in_panel
+    from accelscope.core.errors import InputError
+    from accelscope.core.evaluation import animation
+
+    def refuse(*_: Any) -> None:
+        raise InputError("the mesh of max_depth is bad", "max_depth")
+
+    monkeypatch.setattr(animation.Comparison, "add", refuse)
+    with pytest.raises(InputError) as caught:
+        animation.animate([(3, None)], None, None, None)
+    assert refusal_in_panel(caught.value) == "frame 3: the mesh of max_depth is bad"

@@ -83,24 +83,6 @@ def test_of_the_command_line(option):
     assert read_as(option, done.stdout) == 5
 
 
-@pytest.mark.parametrize("mode", ["wb", "ab"])
-def test_two_results_in_one_file(tmp_path, mode):
-    """Neither takes the place of the other, or of what stood there before."""
-    path = tmp_path / "out"
-    path.write_bytes(b"before\n")
-    with path.open(mode) as file:
-        command = [sys.executable, "-m", "accelscope", *SMALL, "--csv", "/dev/stdout"]
-        subprocess.run(command, stdout=file, stderr=subprocess.PIPE, check=True)
-    lines = path.read_text().splitlines()
-    if mode == "ab":
-        assert lines.pop(0) == "before"
-    titles, row, *table = lines
-    (found,) = csv.DictReader([titles, row])
-    assert found["rays.count"] == "5"
-    assert table[0].split()[0] == "scene"
-    assert table[-1].split()[0] == "tetra"
-
-
 def test_json_there_is_json_alone(tmp_path):
     """Neither a table nor progress stands between, in a file either."""
     with (tmp_path / "out").open("wb") as file:

@@ -28,6 +28,8 @@ def test_while_importing(tmp_path, number, start):
     process = subprocess.Popen(
         [sys.executable, *program, "list"], text=True, env=os.environ | {"PYTHONPATH": path},
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        # A shell lets what it starts in the background ignore Ctrl-C.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     assert process.stdout.readline() == "importing\n"
     os.kill(process.pid, number)

@@ -137,7 +137,7 @@ def first_build() -> Steps:
     assert settings().structure == "bvh"
     before = results().built
     yield from session.press("accelscope.build(")
-    yield lambda: running().text.startswith("Compiling")
+    yield lambda: running() is not None and running().text.startswith("Compiling")
     yield lambda: running() is None and results().built is not before
     yield from seen("built")
     structure = results().built.structure

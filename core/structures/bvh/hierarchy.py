@@ -21,8 +21,9 @@ from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ..cells import Cells
-from ..contract import STACK_SIZE, Statistics, Structure
+from ..contract import STACK_SIZE, Structure
 from ..exhibits import Exhibit
+from ..statistics import Statistics
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse, total_cost
 from .efficiency import Efficiency, hierarchy_efficiency

@@ -20,7 +20,8 @@ from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import OPEN, setting
 from ..cells import Cells
-from ..contract import Statistics, Structure, intersection_cost, traversal_cost
+from ..contract import Structure, intersection_cost, traversal_cost
+from ..statistics import Statistics
 from . import walk as walk  # registers it
 from .cells import GridArrays, fill_cells, hair_and_touch
 from .resolution import (

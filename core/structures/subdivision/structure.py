@@ -12,7 +12,8 @@ from ...geometry.box import boxes_of, surface_area
 from ...geometry.rays import ULPS
 from ...progress import SILENT, Progress
 from ..cells import Cells
-from ..contract import Statistics, Structure
+from ..contract import Structure
+from ..statistics import Statistics
 
 # Imported for what they register: an implementation of `walk` for each of the records in WALKS.
 from . import heap as heap
