@@ -17,6 +17,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from ..errors import InputError
 from ..geometry.rays import RayArrays, Rays, make_ray
 from ..geometry.triangle import Triangles
 from ..kernels import call, dispatched, kernel
@@ -29,6 +30,10 @@ from .cells import Cells
 from .exhibits import Exhibit
 from .statistics import Statistics
 from .steps import COUNTER_NAMES, Log, Steps, make_log
+
+SMALLEST_T = 1e-308
+"""The t that the longest ray needs to cross a scene is at least this. Below, which is near the end
+of the range of float64, numbers lose their digits."""
 
 STACK_SIZE = 128
 """Cells a walk can remember; no structure grows deeper (see MAXIMUM_DEPTH)."""
@@ -311,6 +316,8 @@ class Structure(abc.ABC):
 
         Raises
         ------
+        InputError
+            If directions are so long that numbers for t run out.
         Cancelled
             From `progress`.
         RuntimeError
@@ -318,6 +325,13 @@ class Structure(abc.ABC):
         """
         count = len(rays)
         refuse_if_too_large(count * 60, f"tracing {count} rays", "ask for fewer rays")
+        # All t of a scene would be zero, or so near that none could tell what comes first.
+        longest = max(float(rays.directions.max()), -float(rays.directions.min()))
+        if self.scene.diagonal / longest < SMALLEST_T:
+            raise InputError(
+                f"the directions of rays are up to {longest:.1g} units long, which is too much for "
+                f"a scene of {self.scene.diagonal:.1g} units; make them shorter"
+            )
         arrays = rays.arrays()
         if query is not None:
             arrays = arrays._replace(queries=np.full(count, query, dtype=np.uint8))
