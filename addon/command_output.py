@@ -276,7 +276,7 @@ def refuse_bad_outputs(
 
 def refuse_to_overwrite(inputs: Sequence[str], outputs: Sequence[Path]) -> None:
     """Raise InputError if an output is one of the inputs, or two outputs are one file."""
-    taken = {}
+    taken: dict[str, str] = {}
     for given in inputs:
         # Files of rays may begin with ~; a file of that name may be meant, too.
         taken |= {real_path(given): given, real_path(os.path.expanduser(given)): given}

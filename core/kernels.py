@@ -193,7 +193,7 @@ def _cache_type() -> type:
 
         def __init__(self, function: Callable) -> None:
             super().__init__(function)
-            self._cache_file = Sealed(self._cache_file)
+            self._cache_file: Any = Sealed(self._cache_file)
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             try:

@@ -214,10 +214,10 @@ class _Reader:
         else:
             indices = np.arange(len(vertices))
         triangles = _triangles(indices, primitive.get("mode", TRIANGLES), where)
-        joints, weights = self._joints(attributes, len(vertices), where)
-        made = [vertices, triangles, *(each for each in (joints, weights) if each is not None)]
+        joints, shares = self._joints(attributes, len(vertices), where)
+        made = [vertices, triangles, *(each for each in (joints, shares) if each is not None)]
         self._tally.add(sum(each.nbytes for each in made))
-        return Shape(name, vertices, triangles, joints, weights)
+        return Shape(name, vertices, triangles, joints, shares)
 
     def _joints(
         self, attributes: dict, n_vertices: int, where: str
