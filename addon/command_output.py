@@ -111,8 +111,8 @@ def progress_of(arguments: argparse.Namespace) -> Progress:
 # ------------------------------------------------------------------------------- what is written
 
 
-WRITING = 0.05
-"""Share of the time after which what there is so far is not written down once more."""
+WRITING, A_LITTLE = 0.05, 0.5
+"""Share of the time, and seconds, that writing down what there is so far may take."""
 
 
 class Results:
@@ -154,7 +154,8 @@ class Results:
     def keep(self) -> None:
         """Write the files of what there is so far, if that takes little of the time."""
         started = time.monotonic()
-        if not self.measured or self._writing > WRITING * (started - self._started):
+        allowed = max(WRITING * (started - self._started), A_LITTLE)
+        if not self.measured or self._writing > allowed:
             return
         for write in self._files(so_far=True):
             # What cannot be written now is tried again, and complained of, at the end: not even a
