@@ -24,6 +24,10 @@ longer than the polygon, whose extent is at most 2. Less than that is taken for 
 LARGE = 1000
 """Corners from which on those of a polygon are sorted into buckets."""
 
+LOOKS = 400_000_000
+"""How many corners are looked at for one polygon, at most, some ten seconds: from then on any is an
+ear. Polygons that do not come back to the same places thousands of times take a hundredth."""
+
 
 def cut_off_ears(
     points: np.ndarray,
@@ -37,7 +41,7 @@ def cut_off_ears(
 
     def clip(some: np.ndarray, buckets: Buckets) -> None:
         ring = np.empty((4, len(buckets.following)), dtype=np.int64)
-        call(clip_ears, points, normals, offsets, firsts, some, ring, buckets, triangles)
+        call(clip_ears, points, normals, offsets, firsts, some, ring, buckets, LOOKS, triangles)
 
     sizes = np.diff(offsets)[polygons]
     small = polygons[sizes < LARGE]
@@ -196,8 +200,9 @@ def is_blocked(points, normals, polygon, begin, a, b, c, area, ring, buckets, ea
     """Say whether the outline comes into the triangle of corner b and its neighbours a and c.
 
     Then it does so at a hollow corner, one that is not convex. `area` is what :func:`turn` says of
-    the triangle, more than ROUNDING.
+    the triangle, more than ROUNDING. Second, how many corners were looked at.
     """
+    looks = 0
     places, walls = buckets.places, buckets.walls
     low, high, extent = np.inf, -np.inf, 0.0
     for corner in (a, b, c):
@@ -217,6 +222,7 @@ def is_blocked(points, normals, polygon, begin, a, b, c, area, ring, buckets, ea
         for j in range(bucket_at(walls, 1, low - margin), top + 1):
             before, h = -1, buckets.heads[i, j]
             while h >= 0:
+                looks += 1
                 following = buckets.following[h]
                 if not ring[HOLLOW, h]:
                     # It will not be hollow again.
@@ -227,11 +233,11 @@ def is_blocked(points, normals, polygon, begin, a, b, c, area, ring, buckets, ea
                 elif h not in (a, c) and blocks(
                     points, normals, polygon, begin, a, b, c, h, ring, ear_is
                 ):
-                    return True
+                    return True, looks
                 else:
                     before = h
                 h = following
-    return False
+    return False, looks
 
 
 PRECEDING, FOLLOWING, HOLLOW, TESTED = 0, 1, 2, 3
@@ -240,7 +246,7 @@ and for how many kinds of ear it was tried."""
 
 
 @kernel
-def clip_ears(points, normals, offsets, firsts, polygons, ring, buckets, triangles):
+def clip_ears(points, normals, offsets, firsts, polygons, ring, buckets, most, triangles):
     """Cut polygons by clipping ears.
 
     Parameters
@@ -257,6 +263,8 @@ def clip_ears(points, normals, offsets, firsts, polygons, ring, buckets, triangl
     ring : (4, largest polygon) int64
     buckets : Buckets
         Of a single polygon, or one bucket for all of them.
+    most : int
+        See LOOKS.
     triangles : (sum of sizes - 2, 3) int64
         Result: corners as places within each polygon.
     """
@@ -276,16 +284,20 @@ def clip_ears(points, normals, offsets, firsts, polygons, ring, buckets, triangl
                 buckets.following[i] = buckets.heads[u, v]
                 buckets.heads[u, v] = i
         left, b, waited, ear_is, has_changed = size, 1, 0, STRICT, False
+        looks = 0
         while left > 2:
+            looks += 1
             a, c = ring[PRECEDING, b], ring[FOLLOWING, b]
             is_ear = ear_is == ANY or left == 3
             if not is_ear and ring[TESTED, b] <= ear_is:
                 ring[TESTED, b] = ear_is + 1
                 area = turn(points, normals, polygon, begin + a, begin + b, begin + c)
                 if area > ROUNDING:
-                    is_ear = not is_blocked(
+                    stands_in_the_way, looked_at = is_blocked(
                         points, normals, polygon, begin, a, b, c, area, ring, buckets, ear_is
                     )
+                    is_ear = not stands_in_the_way
+                    looks += looked_at
                 else:
                     is_ear = area >= -ROUNDING and ear_is >= FLAT
             if not is_ear:
@@ -300,12 +312,14 @@ def clip_ears(points, normals, offsets, firsts, polygons, ring, buckets, triangl
                             ring[TESTED, i] = 0
                     else:
                         ear_is += 1
+                ear_is = ANY if looks > most else ear_is
                 continue
             triangles[row, 0], triangles[row, 1], triangles[row, 2] = a, b, c
             row += 1
             left -= 1
             waited, has_changed = 0, True
             ear_is = FLAT if ear_is == TOUCHING else ear_is
+            ear_is = ANY if looks > most else ear_is
             ring[FOLLOWING, a], ring[PRECEDING, c], ring[HOLLOW, b] = c, a, 0
             ring[TESTED, a] = ring[TESTED, c] = 0
             for i in (a, c):

@@ -89,3 +89,15 @@ def test_100_000_corners(name):
     assert time.process_time() - start < 10
     assert len(triangles) == len(outline) - 2
     assert area(outline, triangles) == pytest.approx(own_area(outline), rel=1e-9)
+
+
+def test_one_that_comes_back_to_the_same_places_ends(monkeypatch):
+    """No kernel can be stopped: at a fraction of its corners' square any corner is an ear."""
+    outline = np.tile([[0.0, 0.0], [1.0, 0.0], [0.3, 0.2], [0.0, 1.0]], (5000, 1))
+    monkeypatch.setattr(ears, "LOOKS", 0)
+    cut(outline[:8])  # compiles
+    start = time.process_time()
+    triangles = cut(outline)
+    assert time.process_time() - start < 10
+    assert len(triangles) == len(outline) - 2
+    assert np.array_equal(np.unique(triangles), np.arange(len(outline)))

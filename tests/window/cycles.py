@@ -99,6 +99,7 @@ def day_of_use() -> Steps:
             bpy.ops.preferences.addon_enable(module=MODULE)
         elif cycle % 3 == 1:
             bpy.ops.wm.read_homefile(use_empty=False)
+            yield 1.0  # what is asked of a screen before it is drawn ends Blender
         # The new file has a screen of its own; the settings are made after the first draw.
         yield from session.open_sidebar("AccelScope")
         yield lambda: part("addon.properties").is_loaded()
