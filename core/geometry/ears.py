@@ -25,8 +25,9 @@ LARGE = 1000
 """Corners from which on those of a polygon are sorted into buckets."""
 
 LOOKS = 400_000_000
-"""How many corners are looked at for one polygon, at most, some ten seconds: from then on any is an
-ear. Polygons that do not come back to the same places thousands of times take a hundredth."""
+"""How many corners and buckets are looked at for one polygon, at most, some ten seconds: from then
+on any corner is an ear. Only polygons that come back to the same places thousands of times get
+there; others take a hundredth of it."""
 
 
 def cut_off_ears(
@@ -200,7 +201,7 @@ def is_blocked(points, normals, polygon, begin, a, b, c, area, ring, buckets, ea
     """Say whether the outline comes into the triangle of corner b and its neighbours a and c.
 
     Then it does so at a hollow corner, one that is not convex. `area` is what :func:`turn` says of
-    the triangle, more than ROUNDING. Second, how many corners were looked at.
+    the triangle, more than ROUNDING. Second, how many corners and buckets were looked at.
     """
     looks = 0
     places, walls = buckets.places, buckets.walls
@@ -221,6 +222,7 @@ def is_blocked(points, normals, polygon, begin, a, b, c, area, ring, buckets, ea
         top = bucket_at(walls, 1, high + margin)
         for j in range(bucket_at(walls, 1, low - margin), top + 1):
             before, h = -1, buckets.heads[i, j]
+            looks += 1
             while h >= 0:
                 looks += 1
                 following = buckets.following[h]
