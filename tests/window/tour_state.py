@@ -327,18 +327,13 @@ def comparison_that_breaks() -> Steps:
             raise ZeroDivisionError("a fault that the tour has put there")
         serve(self)
 
-    class Quiet:
-        """The harness takes a traceback for a failure of its own."""
-
-        print_exception = staticmethod(lambda error: None)
-        print_exc = staticmethod(lambda file: None)
-
-    frames.serve, printing = fail, jobs.traceback
-    jobs.traceback = Quiet
+    frames.serve, printing = fail, jobs.print_traceback
+    # The harness takes a traceback for a failure of its own.
+    jobs.print_traceback = lambda error: None
     yield from session.press("accelscope.compare_over_timeline(")
     yield lambda: len(calls) > 3
     yield lambda: running() is None
-    frames.serve, jobs.traceback = serve, printing
+    frames.serve, jobs.print_traceback = serve, printing
     yield 1.0
     note("broken_comparison_said", jobs.refusal())
     assert "a fault that the tour has put there" in jobs.refusal()
