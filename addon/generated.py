@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import zlib
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import bpy
 import numpy as np
@@ -24,7 +24,10 @@ from bpy.props import (
 
 from ..core.settings import check
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T", bound="DataclassInstance")
 
 INT_LIMIT = 2**31 - 1
 FLOAT_LIMIT = float(np.finfo(np.float32).max)
@@ -149,7 +152,7 @@ def read(group: Any, settings_type: type[T], where: str) -> T:
     """
     values = {
         field.name: _value_of(field, getattr(group, field.name))
-        for field in dataclasses.fields(settings_type)  # type: ignore[arg-type]
+        for field in dataclasses.fields(settings_type)
     }
     return check(settings_type(**values), where, label_of)
 

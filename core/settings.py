@@ -21,11 +21,14 @@ import dataclasses
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .errors import InputError
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T", bound="DataclassInstance")
 
 BOOLEANS = {"true": True, "yes": True, "on": True, "1": True,
             "false": False, "no": False, "off": False, "0": False}  # fmt: skip
@@ -156,7 +159,7 @@ def parse(settings_type: type[T], texts: Mapping[str, str], where: str) -> T:
     InputError
         For an unknown key or a value that does not fit, naming what is known.
     """
-    fields = {key_of(field): field for field in dataclasses.fields(settings_type)}  # type: ignore[arg-type]
+    fields = {key_of(field): field for field in dataclasses.fields(settings_type)}
     values = {}
     for key, text in texts.items():
         if key not in fields:
@@ -181,7 +184,7 @@ def check(settings: T, where: str, called: Callable[[dataclasses.Field], str] = 
     InputError
         Naming the setting, the value and the limits.
     """
-    for field in dataclasses.fields(settings):  # type: ignore[arg-type]
+    for field in dataclasses.fields(settings):
         value = getattr(settings, field.name)
         if not _is_of_kind(value, field.default):
             raise InputError(

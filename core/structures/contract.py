@@ -204,7 +204,6 @@ class Structure(abc.ABC):
     Settings: ClassVar[type]
     BYTES_PER_TRIANGLE: ClassVar[int] = 80
     """Memory at the peak of a build; by default a copy of the triangles."""
-    has_mailbox: bool = False
     has_links: ClassVar[bool] = False
     """Whether :meth:`links` knows the neighbours of leaves."""
     is_cut_by_planes: ClassVar[bool] = False
@@ -217,6 +216,11 @@ class Structure(abc.ABC):
         self.settings = settings
         self.arrays = arrays
         self.triangles = triangles
+
+    @property
+    def has_mailbox(self) -> bool:
+        """Whether the walk needs a mailbox."""
+        return False
 
     @classmethod
     def refuse_too_large(cls, scene: Scene, settings: Any) -> None:
@@ -326,8 +330,9 @@ class Structure(abc.ABC):
         count = len(rays)
         refuse_if_too_large(count * 60, f"tracing {count} rays", "ask for fewer rays")
         # All t of a scene would be zero, or so near that none could tell what comes first.
-        longest = max(float(rays.directions.max()), -float(rays.directions.min()))
-        if self.scene.diagonal / longest < SMALLEST_T:
+        ends = rays.directions.max(initial=0.0), rays.directions.min(initial=0.0)
+        longest = float(max(ends[0], -ends[1]))
+        if self.scene.diagonal < SMALLEST_T * longest:
             raise InputError(
                 f"the directions of rays are up to {longest:.1g} units long, which is too much for "
                 f"a scene of {self.scene.diagonal:.1g} units; make them shorter"

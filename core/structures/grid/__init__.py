@@ -108,7 +108,7 @@ class Grid(Structure):
     arrays: GridArrays
 
     @property
-    def has_mailbox(self) -> bool:  # type: ignore[override]
+    def has_mailbox(self) -> bool:
         """Whether the walk needs a mailbox."""
         return self.settings.mailbox
 

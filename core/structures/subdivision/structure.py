@@ -64,7 +64,7 @@ class Subdivision(Structure):
     """
 
     @property
-    def has_mailbox(self) -> bool:  # type: ignore[override]
+    def has_mailbox(self) -> bool:
         """Whether the walk needs a mailbox."""
         return self.settings.mailbox
 
