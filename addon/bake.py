@@ -1,7 +1,8 @@
 """Bake: cells as a real mesh object, to keep, to render and to build nodes on.
 
 What it consists of is computed in any thread, AT_ONCE cells at a time; the object is made of it in
-Blender's thread, one array at a time. So nothing holds Blender up for long.
+Blender's thread, one array at a time. So nothing holds Blender up for longer than it takes to clear
+the memory of one: of the colours of 1.4 million boxes, the longest, 0.07 to 0.6 s of its time.
 """
 
 from __future__ import annotations

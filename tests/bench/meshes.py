@@ -45,6 +45,11 @@ def engine() -> Scene:
     return load_mesh_file(debian_file("assimp-testmodels", name))
 
 
+def whole_bunny() -> Scene:
+    """Return the Stanford bunny with 69,666 triangles, from Debian's glmark2-data."""
+    return load_mesh_file(debian_file("glmark2-data", "usr/share/glmark2/models/bunny.obj"))
+
+
 def armadillo() -> Scene:
     """Return the armadillo with 52,000 triangles, from Debian's libcgal-demo."""
     folder = cache_folder()
@@ -82,6 +87,7 @@ def dragon(level: str) -> Scene:
 
 MESHES: dict[str, Callable[[], Scene]] = {
     "bunny": functools.partial(make_sample, "bunny"),
+    "whole bunny": whole_bunny,
     "suzanne 16k": functools.partial(make_sample, "suzanne:subdivisions=2"),
     "suzanne": functools.partial(make_sample, "suzanne:subdivisions=4"),
     "suzanne 1M": functools.partial(make_sample, "suzanne:subdivisions=5"),

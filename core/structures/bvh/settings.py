@@ -14,10 +14,10 @@ an engine, a tree, and a teapot in a stadium. Seconds on two quiet cores, rounds
     binned_sah, reinsert_batches        1.22   2.43    0.97    0.96
     ploc, reinsert_batches              1.27   2.61    1.06    0.98
 
-Two runs differ by 2 to 3%. Where large triangles are among small ones (Sponza, the kitchen)
-`reinsert_batches` saves an eighth of the cost; why `binned_sah` alone is dear there is said in
-:mod:`.binned_sah`. `sbvh` and whatever is followed by `reinsert` trace up to a tenth faster, but
-build for seven to nine times as long: they pay from several million rays on.
+Two runs differ by 2 to 3%. Where large triangles are among small ones `reinsert_batches` saves an
+eighth of the cost (Sponza) or a sixth (the kitchen); why `binned_sah` alone is dear there is said
+in :mod:`.binned_sah`. `sbvh` and `reinsert` trace Sponza 13% and 9% faster, which pays from 5 and
+11 million lines on, and the even Suzanne hardly so; they build for six to ten times as long.
 
 ``python tests/bench/hierarchies.py --sections default MESH ...`` measures this again.
 """
