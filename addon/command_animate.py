@@ -101,7 +101,7 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
                 scene = opened(open_one, progress)
                 note_on(arguments, scene, remarks)
                 found.add(number, scene)
-            except Exception as error:
+            except Exception as error:  # told below: the other frames can still be compared
                 if found.last is None:
                     raise  # without a first tree there is nothing to compare
                 found.add_failure(number, scene, results.complain(f"frame {number}", error))

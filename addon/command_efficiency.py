@@ -6,6 +6,7 @@ Like :mod:`.command`, this imports no ``bpy``; a ``.blend`` brings it in.
 from __future__ import annotations
 
 import argparse
+import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -83,11 +84,8 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
     with Results(arguments, table, len(kinds)) as results:
         results.write_page = lambda: write_page(Path(arguments.pictures), scene, results.records)
         for kind in kinds:
-            try:
-                results.records.append(measurement.of(kind))
-            except Exception as error:
-                reason = results.complain(kind, error)
-                results.records.append({**measurement.what(kind), "error": reason})
+            record, reason = results.attempt(kind, functools.partial(measurement.of, kind))
+            results.records.append(record or {**measurement.what(kind), "error": reason})
             results.keep()
     return results.exit_code
 

@@ -49,9 +49,6 @@ examples:
       --rays random_lines:count=100000 --json result.json
 """
 
-REFUSALS = Exception
-"""What makes one record of a batch fail and leaves the others alone: defects, too."""
-
 
 def add_parser(commands: argparse._SubParsersAction) -> None:
     """Declare the subcommand."""
@@ -141,10 +138,8 @@ class Batch:
 
     def add_scene(self, name: str, open_one: Callable[[], Scene]) -> None:
         """Open a scene, then build every structure over it and trace every set of rays."""
-        try:
-            scene = opened(open_one, self.progress)
-        except REFUSALS as error:
-            reason = self.results.complain(name, error)
+        scene, reason = self.results.attempt(name, lambda: opened(open_one, self.progress))
+        if scene is None:
             for structure_type, settings in self.chosen:
                 self.add_failure(name, structure_type, settings, [reason] * len(self.workloads))
             return
@@ -158,11 +153,9 @@ class Batch:
 
     def rays_over(self, scene: Scene, name: str, workload: type[Workload], settings: Any) -> Asked:
         """Make a set of rays, or tell why there is none."""
-        try:
-            return Asked(workload, settings, workload.make(scene, settings))
-        except REFUSALS as error:
-            refusal = self.results.complain(f"{name}, rays {workload.name}", error)
-            return Asked(workload, settings, None, refusal)
+        where = f"{name}, rays {workload.name}"
+        rays, refusal = self.results.attempt(where, lambda: workload.make(scene, settings))
+        return Asked(workload, settings, rays, refusal)
 
     def add_failure(
         self, scene: Scene | str, structure_type: type[Structure], settings: Any, reasons: list[str]
@@ -186,36 +179,36 @@ class Batch:
         from ..core.evaluation.experiment import build, make_failed_record
 
         where = f"{scene.name}, {structure_type.name}"
-        try:
-            built = build(scene, structure_type, settings, self.progress)
-        except REFUSALS as error:
-            reason = self.results.complain(where, error)
+        built, reason = self.results.attempt(
+            where, lambda: build(scene, structure_type, settings, self.progress)
+        )
+        if built is None:
             self.add_failure(scene, structure_type, settings, [reason] * len(self.workloads))
             return
         for each in asked:
-            reason = each.refusal
+            measured, reason = None, each.refusal
             if each.rays is not None:
-                try:
-                    record, traced = self.measure(built, each, each.rays)
-                except REFUSALS as error:
-                    reason = self.results.complain(f"{where}, rays {each.workload.name}", error)
-                else:
-                    self.results.records.append(record)
-                    self.results.keep()
-                    if self.arguments.hits:
-                        write_hits(self.arguments.hits, scene, traced)
-                    continue
-            self.results.records.append(
-                make_failed_record(
-                    scene, structure_type, settings, each.workload, each.settings, reason
+                measured, reason = self.results.attempt(
+                    f"{where}, rays {each.workload.name}",
+                    functools.partial(self.measure, built, each, each.rays),
                 )
-            )
+            if measured is None:
+                self.results.records.append(
+                    make_failed_record(
+                        scene, structure_type, settings, each.workload, each.settings, reason
+                    )
+                )
+                continue
+            record, traced = measured
+            self.results.records.append(record)
+            self.results.keep()
+            if self.arguments.hits:
+                write_hits(self.arguments.hits, scene, traced)
         if self.gallery:
             shown = [each.rays for each in asked if each.rays is not None]
-            try:
-                self.gallery.add(built, self.results.records[-len(self.workloads) :], shown)
-            except REFUSALS as error:
-                self.results.complain(f"{where}, pictures", error)
+            records = self.results.records[-len(self.workloads) :]
+            draw = functools.partial(self.gallery.add, built, records, shown)
+            self.results.attempt(f"{where}, pictures", draw)
         self.results.keep()
 
     def measure(self, built: Built, asked: Asked, rays: Rays) -> tuple[dict[str, Any], Traced]:

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from ..core.errors import InputError, reason_of
 from ..core.printing import print_lines, print_traceback
@@ -26,6 +26,8 @@ SOME_MISSING, NOTHING = 1, 2
 """Exit codes: something was measured and something was not, and nothing was."""
 
 Record = dict[str, Any]
+
+T = TypeVar("T")
 
 
 class CannotPrint(Exception):
@@ -164,6 +166,27 @@ class Results:
                 write()
         self._writing += time.monotonic() - started
 
+    def attempt(self, where: str, work: Callable[[], T]) -> tuple[T | None, str]:
+        """Do a part of a batch; one that fails leaves the others alone.
+
+        Parameters
+        ----------
+        where : str
+            What of the batch it is, for the message.
+        work : callable
+
+        Returns
+        -------
+        result : object or None
+            What `work` returns; None if it fails.
+        reason : str
+            Why it has failed, which has been printed; empty if it has not.
+        """
+        try:
+            return work(), ""
+        except Exception as error:  # a defect, too, is told, and is no reason to stop
+            return None, self.complain(where, error)
+
     def complain(self, where: str, error: Exception) -> str:
         """Print why something is missing, and return that without `where`.
 
@@ -240,7 +263,7 @@ class Results:
         for write in wanted:
             try:
                 write()
-            except Exception as error:
+            except Exception as error:  # raised below, once the others have been written
                 errors.append(error)
         if errors:
             raise errors[0]

@@ -10,7 +10,6 @@ objects in ``depsgraph.object_instances``.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -299,7 +298,7 @@ def load_blend(path: str | Path) -> Scene:
         ray could hit.
     """
     set_blender_version(bpy.app.version_string)
-    path = Path(os.path.expanduser(path))
+    path = Path(path)
     refuse_if_no_file(path)
     try:
         # No scripts: a file to be measured is not trusted to run anything. That is in the notes.

@@ -16,7 +16,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 
@@ -149,7 +149,7 @@ class Errands:
                 return
             try:
                 self._done.put((errand(), None))
-            except Exception as error:
+            except Exception as error:  # whoever waits for it gets it
                 self._done.put((None, error))
             if time.monotonic() > end:
                 return
@@ -240,6 +240,10 @@ class JobOperator:
     head_start = 0.0
     """Seconds that Blender waits first, for work that mostly ends at once."""
 
+    if TYPE_CHECKING:  # of bpy.types.Operator
+
+        def report(self, kind: set[str], text: str) -> None: ...
+
     def prepare(self, context: bpy.types.Context) -> Work:
         """Return the work, with everything it needs from Blender; runs in the main thread.
 
@@ -248,11 +252,11 @@ class JobOperator:
         InputError
             When it cannot be done.
         """
-        raise NotImplementedError
+        raise NotImplementedError  # no abstract method: Blender's classes have a type of their own
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
         """Store what the work returned and say what it was, or nothing; runs in the main thread."""
-        raise NotImplementedError
+        raise NotImplementedError  # as above
 
     def give_up(self) -> None:
         """Clean up after work that was cancelled or has failed; runs in the main thread."""
@@ -271,7 +275,7 @@ class JobOperator:
         forget_refusal()
         try:
             return self._store(context, self.prepare(context)(SILENT))
-        except Exception as error:
+        except Exception as error:  # told in the panel and on the console
             return self._fail(error)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -292,7 +296,7 @@ class JobOperator:
             manager = context.window_manager
             self._timer = manager.event_timer_add(TICK, window=context.window)
             manager.modal_handler_add(self)
-        except Exception as error:
+        except Exception as error:  # told as above; the buttons are free again first
             self._end(context)
             return self._fail(error)
         return {"RUNNING_MODAL"}
@@ -306,7 +310,7 @@ class JobOperator:
         if job.is_cancelled:
             self._end(context)
             self._clean_up()
-            self.report({"INFO"}, "Cancelled; the previous result stays")  # type: ignore[attr-defined]
+            self.report({"INFO"}, "Cancelled; the previous result stays")
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
@@ -317,7 +321,7 @@ class JobOperator:
                 return {"PASS_THROUGH"}
             self._end(context)
             return self._conclude(context, job)
-        except Exception as error:
+        except Exception as error:  # told as above; the buttons are free again first
             self._end(context)
             return self._fail(error)
 
@@ -350,7 +354,7 @@ class JobOperator:
         text = self.finish(context, result)
         if text:
             # Blender prints it on the terminal, too.
-            self.report({"INFO"}, printable(text))  # type: ignore[attr-defined]
+            self.report({"INFO"}, printable(text))
         return {"FINISHED"}
 
     def _fail(self, error: BaseException) -> set[str]:
@@ -360,7 +364,7 @@ class JobOperator:
         # The report vanishes at the next move of the mouse.
         _refusal = f"{self.refused_text}: {reason}"
         is_defect = not isinstance(error, REFUSALS)
-        self.report({"ERROR"}, f"{self.job_text} failed, {reason}" if is_defect else reason)  # type: ignore[attr-defined]
+        self.report({"ERROR"}, f"{self.job_text} failed, {reason}" if is_defect else reason)
         return {"CANCELLED"}
 
     def _clean_up(self) -> None:
@@ -381,5 +385,5 @@ def tracebacks_only() -> Iterator[None]:
     """Print what goes wrong, and go on: for cleaning up, which has to come to its end."""
     try:
         yield
-    except Exception as error:
+    except Exception as error:  # printed, which is all that can be done about it here
         print_traceback(error)

@@ -234,7 +234,7 @@ def _draw_callback() -> None:
         if properties is None or not context.space_data.overlay.show_overlays:
             return
         draw(properties.display, context.preferences.system.pixel_size)
-    except Exception as error:
+    except Exception as error:  # whatever it is, Blender would go on calling
         # A failing callback would print its traceback again at every redraw of every viewport.
         # Its removal waits for disable(): Blender is walking through the list of callbacks.
         _overlay.failed = True

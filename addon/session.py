@@ -18,7 +18,7 @@ from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
 from ..core.printing import print_lines
-from . import generated, jobs, overlay, properties, watching
+from . import generated, handlers, jobs, overlay, properties, watching
 from .drawable import Drawable
 from .outcome import Outcome
 from .showcase import Showcase
@@ -330,16 +330,12 @@ HANDLERS = (
 
 def register() -> None:
     """Start listening to Blender, which may load another file."""
-    for event, handler in HANDLERS:
-        getattr(bpy.app.handlers, event).append(handler)
+    handlers.listen(HANDLERS)
 
 
 def unregister() -> None:
     """Stop listening and drop all results."""
     if bpy.app.timers.is_registered(_make_frame):
         bpy.app.timers.unregister(_make_frame)
-    for event, handler in HANDLERS:
-        handlers = getattr(bpy.app.handlers, event)
-        if handler in handlers:
-            handlers.remove(handler)
+    handlers.stop_listening(HANDLERS)
     current.clear()

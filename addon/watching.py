@@ -13,7 +13,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import jobs
+from . import handlers, jobs
 from .snapshot import Look
 
 DELAY = 0.15
@@ -120,15 +120,11 @@ HANDLERS = (
 
 def register() -> None:
     """Start listening to Blender."""
-    for event, handler in HANDLERS:
-        getattr(bpy.app.handlers, event).append(handler)
+    handlers.listen(HANDLERS)
 
 
 def unregister() -> None:
     """Stop listening."""
     if bpy.app.timers.is_registered(_compare):
         bpy.app.timers.unregister(_compare)
-    for event, handler in HANDLERS:
-        handlers = getattr(bpy.app.handlers, event)
-        if handler in handlers:
-            handlers.remove(handler)
+    handlers.stop_listening(HANDLERS)

@@ -198,8 +198,7 @@ def _cache_type() -> type:
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             try:
                 return super().load_overload(sig, target_context)
-            except Exception:
-                # A file that is cut off, or names what is gone, may raise anything.
+            except Exception:  # a file that is cut off, or names what is gone, may raise anything
                 with contextlib.suppress(OSError):
                     self.flush()
                 return None

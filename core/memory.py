@@ -95,7 +95,8 @@ def _available_on_windows() -> int:
         ]  # fmt: skip
 
     status = Status(length=ctypes.sizeof(Status))
-    ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))  # type: ignore[attr-defined]
+    kernel32 = ctypes.windll.kernel32  # type: ignore[attr-defined]  # only Windows has it
+    kernel32.GlobalMemoryStatusEx(ctypes.byref(status))
     return status.available
 
 

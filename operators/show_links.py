@@ -67,8 +67,8 @@ class ACCELSCOPE_OT_show_links(jobs.JobOperator, bpy.types.Operator):
                 return -1, None, 0
             progress.report(0, 1, "Finding links")
             with announcing(progress, "links"):
-                picture = links_of(structure, cells, number, progress=progress)
-            return number, picture, len(structure.links(number))
+                segments, colours, count = links_of(structure, cells, number, progress=progress)
+            return number, (segments, colours), count
 
         return work
 

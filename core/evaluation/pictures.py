@@ -237,8 +237,7 @@ def picture_of_links(view: View, walk: Walk) -> tuple[str, np.ndarray]:
     place = np.flatnonzero(chosen)
     sizes = np.linalg.norm(cells.boxes[place, 3:] - cells.boxes[place, :3], axis=1)
     leaf = int(cells.numbers[place[sizes.argmax()]])
-    segments, colours = links_of(structure, cells, leaf, ON_LIGHT)
-    n_links = len(structure.links(leaf))
+    segments, colours, n_links = links_of(structure, cells, leaf, ON_LIGHT)
     caption = f"leaf {leaf} and its {n_links} link{'s' * (n_links != 1)} to neighbours"
     return caption, view.with_lines(segments, colours, width=2, hidden=0.5)
 

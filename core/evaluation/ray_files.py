@@ -138,8 +138,7 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
         raise
     except MemoryError as error:
         raise InputError(f"{path} does not fit into memory: {error}") from None
-    except Exception as error:
-        # NumPy, zipfile, zlib and tokenize raise a dozen different things on a broken file.
+    except Exception as error:  # NumPy, zipfile, zlib and tokenize raise a dozen different things
         raise InputError(
             f"{path} cannot be read as .npz: {type(error).__name__}: {error}"
         ) from error

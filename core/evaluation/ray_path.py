@@ -259,7 +259,7 @@ def links_of(
     number: int,
     palette: Palette = ON_DARK,
     progress: Progress = SILENT,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, int]:
     """Return the links of a leaf to draw: its edges, and an arrow to every cell it is linked to.
 
     The cells at the other ends are outlined, too.
@@ -268,6 +268,8 @@ def links_of(
     -------
     segments : (k, 2, 3) float64
     colours : (k, 4) float64
+    count : int
+        How many links there are.
 
     Raises
     ------
@@ -287,7 +289,7 @@ def links_of(
         (wires_of(cells, cells.places_of(np.array([number]))), palette.leaf),
     ]
     drawn = [(wires.segments(), colour) for wires, colour in pieces]
-    return _coloured([*drawn, (arrows(links), palette.link)])
+    return *_coloured([*drawn, (arrows(links), palette.link)]), len(links)
 
 
 # ------------------------------------------------------------------------------------- in words
