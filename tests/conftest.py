@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,21 @@ from accelscope.addon.command import main
 from accelscope.core.evaluation import view
 
 CASES = Path(__file__).parent / "repro" / "cases"
+
+TOY = """
+from accelscope.core.kernels import kernel
+
+@kernel
+def square(x):
+    return x * x
+
+@kernel
+def sum_of_squares(values):
+    total = 0.0
+    for i in range(len(values)):
+        total += square(values[i])
+    return total
+"""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -171,3 +187,55 @@ def current(bpy: Any) -> Any:
     from accelscope.addon import session
 
     return session.current
+
+
+@pytest.fixture
+def jobs(bpy: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """Jobs, whose operators take the way of a Blender with a window."""
+    from accelscope.addon import jobs
+
+    app = SimpleNamespace(background=False)
+    monkeypatch.setattr(jobs, "bpy", SimpleNamespace(app=app, types=bpy.types, context=bpy.context))
+    yield jobs
+    jobs.stop()
+
+
+@pytest.fixture
+def manager() -> SimpleNamespace:
+    """What an operator asks for timers; those that it has not given back are in `timers`."""
+    timers: list[object] = []
+
+    def event_timer_add(*_: Any, **__: Any) -> object:
+        timers.append(object())
+        return timers[-1]
+
+    return SimpleNamespace(
+        timers=timers,
+        event_timer_add=event_timer_add,
+        event_timer_remove=timers.remove,
+        modal_handler_add=lambda operator: True,
+    )
+
+
+@pytest.fixture
+def context(bpy: Any, manager: SimpleNamespace) -> Any:
+    """What an operator is given: Blender's own context, with a window."""
+    real = bpy.context
+
+    class Context:
+        window = "window"
+        window_manager = manager
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(real, name)
+
+    return Context()
+
+
+# ------------------------------------------------------------------------------------- toy kernels
+
+
+@pytest.fixture(scope="session")
+def toy_kernels() -> str:
+    """The source of a module with two kernels, for tests of what becomes of compiled ones."""
+    return TOY

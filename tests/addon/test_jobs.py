@@ -16,27 +16,6 @@ ESC = SimpleNamespace(type="ESC", value="PRESS")
 MOUSE = SimpleNamespace(type="MOUSEMOVE", value="NOTHING")
 
 
-@pytest.fixture
-def jobs(bpy: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
-    from accelscope.addon import jobs
-
-    # The operator takes the way of a Blender with a window.
-    app = SimpleNamespace(background=False)
-    monkeypatch.setattr(jobs, "bpy", SimpleNamespace(app=app, types=bpy.types, context=bpy.context))
-    yield jobs
-    jobs.stop()
-
-
-@pytest.fixture
-def context() -> Any:
-    manager = SimpleNamespace(
-        event_timer_add=lambda *_, **__: "timer",
-        event_timer_remove=lambda timer: None,
-        modal_handler_add=lambda operator: True,
-    )
-    return SimpleNamespace(window="window", window_manager=manager)
-
-
 def make_operator(jobs: Any, work: Any) -> Any:
     class Operator(jobs.JobOperator):
         def __init__(self) -> None:

@@ -98,21 +98,6 @@ def test_the_command_works_without_numba():
     assert done.stderr == "accelscope: no Numba here: kernels run as slow plain Python\n"
 
 
-TOY = """
-from accelscope.core.kernels import kernel
-
-@kernel
-def square(x):
-    return x * x
-
-@kernel
-def sum_of_squares(values):
-    total = 0.0
-    for i in range(len(values)):
-        total += square(values[i])
-    return total
-"""
-
 SMALL = """
 import sys
 from accelscope.core import kernels
@@ -142,13 +127,13 @@ raise SystemExit(main(["evaluate", "sample:tetra:depth=2", "--structure", "bvh",
 
 
 @pytest.fixture(scope="module")
-def toy(tmp_path_factory):
+def toy(tmp_path_factory, toy_kernels):
     """Return a function that runs the toy kernels with their cache at a place.
 
     It returns result, cache hits, announcements.
     """
     folder = tmp_path_factory.mktemp("toy")
-    (folder / "toy.py").write_text(TOY)
+    (folder / "toy.py").write_text(toy_kernels)
 
     def run_with(root):
         code = SMALL.replace("ROOT", repr(str(root))).replace("FOLDER", repr(str(folder)))

@@ -9,21 +9,6 @@ import pytest
 
 resource = pytest.importorskip("resource", reason="limits as other systems have them")
 
-TOY = """
-from accelscope.core.kernels import kernel
-
-@kernel
-def square(x):
-    return x * x
-
-@kernel
-def sum_of_squares(values):
-    total = 0.0
-    for i in range(len(values)):
-        total += square(values[i])
-    return total
-"""
-
 RUN = """
 import sys
 from pathlib import Path
@@ -61,9 +46,9 @@ def run(folder, bytes_a_file):
 
 
 @pytest.mark.parametrize("room", [0, 20, 2000])
-def test_no_room(tmp_path, room):
+def test_no_room(toy_kernels, tmp_path, room):
     """Not for an index, for the half of one, and for indices but not for a kernel."""
-    (tmp_path / "toy.py").write_text(TOY)
+    (tmp_path / "toy.py").write_text(toy_kernels)
     for _ in range(2):
         assert run(tmp_path, room) == [
             "compiling toy, once after installation, some ten seconds",
@@ -79,9 +64,9 @@ def test_no_room(tmp_path, room):
     assert not list(tmp_path.rglob("*.tmp.*"))
 
 
-def test_no_folder_can_be_made(tmp_path):
+def test_no_folder_can_be_made(toy_kernels, tmp_path):
     """A full disk may refuse even that: files stand wherever Numba looks for a place."""
-    (tmp_path / "toy.py").write_text(TOY)
+    (tmp_path / "toy.py").write_text(toy_kernels)
     run(tmp_path, 1 << 24)
     (kernels,) = (tmp_path / "kernels").iterdir()
     for folder in (*kernels.iterdir(), tmp_path / "__pycache__"):

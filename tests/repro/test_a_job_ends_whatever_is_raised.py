@@ -25,47 +25,6 @@ def fail(*_: Any, **__: Any) -> None:
 
 
 @pytest.fixture
-def jobs(bpy: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
-    from accelscope.addon import jobs
-
-    app = SimpleNamespace(background=False)
-    monkeypatch.setattr(jobs, "bpy", SimpleNamespace(app=app, types=bpy.types, context=bpy.context))
-    yield jobs
-    jobs.stop()
-
-
-@pytest.fixture
-def manager() -> SimpleNamespace:
-    timers: list[object] = []
-
-    def event_timer_add(*_: Any, **__: Any) -> object:
-        timers.append(object())
-        return timers[-1]
-
-    return SimpleNamespace(
-        timers=timers,
-        event_timer_add=event_timer_add,
-        event_timer_remove=timers.remove,
-        modal_handler_add=lambda operator: True,
-    )
-
-
-@pytest.fixture
-def context(bpy: Any, manager: SimpleNamespace) -> Any:
-    """What an operator is given: Blender's own context, with a window."""
-    real = bpy.context
-
-    class Context:
-        window = "window"
-        window_manager = manager
-
-        def __getattr__(self, name: str) -> Any:
-            return getattr(real, name)
-
-    return Context()
-
-
-@pytest.fixture
 def operator(bpy: Any, jobs: Any, current: Any) -> Any:
     """The comparison over four frames of a moving cube; a result is there already."""
     from accelscope.operators.compare_over_timeline import ACCELSCOPE_OT_compare_over_timeline
