@@ -26,7 +26,11 @@ def main() -> int:
             signal.signal(number, stop)
     from .addon.command import main as run
 
-    return run()
+    code = run()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        # All is written. What is left to Python takes a moment, and has no say in the exit code.
+        signal.signal(number, signal.SIG_IGN)
+    return code
 
 
 if __name__ == "__main__":

@@ -10,18 +10,16 @@ import contextlib
 import io
 import json
 import os
-import signal
 import sys
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NoReturn
+from collections.abc import Callable, Sequence
+from typing import Any
 
-from ..core.errors import InputError, reason_of
+from ..core.errors import InputError
 from ..core.scene import Scene
 from ..core.settings import describe, only_for_in_words
 from . import command_animate, command_efficiency, command_evaluate
 from .command_arguments import SPECS, Parser
-from .command_output import NOTHING, CannotPrint, complain, print_result
+from .command_output import NOTHING, CannotPrint, complain, print_result, reason_told
 from .standard_streams import (
     is_standard_output,
     own_standard_error,
@@ -29,6 +27,7 @@ from .standard_streams import (
     path_of,
     reopen_closed_streams,
 )
+from .stopping import stopped_by_signals
 
 OUTPUTS = "json", "csv", "hits"
 """Options that name a file to write."""
@@ -78,7 +77,7 @@ def main(
     -------
     int
         Exit code: 0; 1 if something was measured and something was not; 2 if nothing was, after
-        one line on standard error.
+        one line on standard error, and before it the traceback if that is due to a defect.
     """
     reopen_closed_streams()
     # A name that the terminal cannot show is no reason to fail.
@@ -112,8 +111,6 @@ def main(
             return arguments.run(arguments, open_file)
         except SystemExit as stop:  # argparse has printed the help
             return int(stop.code or 0)
-        except (InputError, MemoryError) as error:
-            complain(reason_of(error))
         except KeyboardInterrupt:
             complain("stopped")
         except CannotPrint as error:
@@ -122,28 +119,9 @@ def main(
             if isinstance(error.__cause__, BrokenPipeError):
                 return 0
             complain(f"cannot print: {error.__cause__}")
+        except Exception as error:  # a defect, too, is told, and ends in the same way
+            complain(reason_told(error))
     return NOTHING
-
-
-@contextlib.contextmanager
-def stopped_by_signals() -> Iterator[None]:
-    """Raise KeyboardInterrupt at Ctrl-C and at a request to terminate, in Blender, too."""
-
-    def stop(number: int, frame: Any) -> NoReturn:
-        raise KeyboardInterrupt
-
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            # Who has it ignored, such as nohup, has a reason.
-            if signal.getsignal(number) is not signal.SIG_IGN:
-                before[number] = signal.signal(number, stop)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            # Blender's own handler is none that Python could set again.
-            signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
 # ----------------------------------------------------------------------------------------- list

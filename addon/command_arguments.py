@@ -21,6 +21,7 @@ from ..core.reading import refuse_if_no_file
 from ..core.scene import Scene
 from ..core.settings import parse, parse_spec, without_effect
 from ..sample_scenes import make_sample, sample_and_settings
+from .command_output import CannotPrint
 
 if TYPE_CHECKING:
     from ..core.evaluation.workloads import Workload
@@ -51,6 +52,18 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Raise InputError instead of printing the usage."""
         raise InputError(f"{message}; see: {self.prog} -h")
+
+    def print_help(self, file: Any = None) -> None:
+        """Print the help at once, so that it is known whether that was possible.
+
+        Raises
+        ------
+        CannotPrint
+        """
+        try:
+            print(self.format_help(), end="", file=file, flush=True)
+        except OSError as error:
+            raise CannotPrint from error
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse; values may begin with a dash and a digit, and a SCENE may stand anywhere."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.kernels import HAS_NUMBA
+from ..core.kernels import has_numba, numba_fault
 from ..core.scene import Scene
 from .command_arguments import (
     SPECS,
@@ -95,8 +95,10 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
         )
     rays_files = [settings.path for _, settings in workloads if hasattr(settings, "path")]
     refuse_bad_outputs(arguments, [*arguments.scenes, *rays_files], [arguments.hits])
-    if not HAS_NUMBA:
-        say(arguments, "no Numba here: kernels run as slow plain Python")
+    if not has_numba():
+        fault = numba_fault()
+        lack = f"Numba cannot be imported ({fault})" if fault else "no Numba here"
+        say(arguments, f"{lack}: kernels run as slow plain Python")
 
     batch = Batch(arguments, chosen, workloads, runs)
     with batch.results:

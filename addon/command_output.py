@@ -21,6 +21,7 @@ from ..core.printing import print_lines, print_traceback
 from ..core.progress import SILENT, Progress, TerminalProgress
 from ..core.scene import Scene
 from ..core.writing import is_special, refuse_unwritable
+from .stopping import stopped_afterwards
 
 SOME_MISSING, NOTHING = 1, 2
 """Exit codes: something was measured and something was not, and nothing was."""
@@ -85,6 +86,18 @@ def note_on(arguments: argparse.Namespace, scene: Scene, before: set[str] | None
 def complain(text: str) -> None:
     """Print an error on standard error."""
     remark(f"error: {text}")
+
+
+def reason_told(error: Exception) -> str:
+    """Return why something failed, on one line.
+
+    A defect, which is every error but InputError and MemoryError, has its traceback printed.
+    """
+    if isinstance(error, InputError | MemoryError):
+        return reason_of(error)
+    print_traceback(error)
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    return f"a defect of AccelScope: {what}"
 
 
 def remark(text: str) -> None:
@@ -190,15 +203,9 @@ class Results:
     def complain(self, where: str, error: Exception) -> str:
         """Print why something is missing, and return that without `where`.
 
-        A defect, which is every error but InputError and MemoryError, is printed with its
-        traceback.
+        A defect is printed as :func:`reason_told` does.
         """
-        if isinstance(error, InputError | MemoryError):
-            reason = reason_of(error)
-        else:
-            print_traceback(error)
-            what = " ".join(f"{type(error).__name__}: {error}".split())
-            reason = f"a defect of AccelScope: {what}"
+        reason = reason_told(error)
         complain(reason if self._expected == 1 else f"{where}: {reason}")
         self._is_all_there = False
         return reason
@@ -227,7 +234,8 @@ class Results:
         if stopped:
             complain(f"stopped; {self.measured} of {self._expected} records were measured")
             self._is_all_there = False
-        self._write()
+        with stopped_afterwards():
+            self._write()
         return stopped
 
     def _files(self, so_far: bool = False) -> list[Callable[[], None]]:

@@ -143,11 +143,10 @@ def own_standard_output(*, others_to: int | None, until_exit: bool) -> Iterator[
     with contextlib.ExitStack() as undone:
         if descriptor is not None:
             # What C has not written yet is not flushed: it is none of ours and follows the others.
-            own: TextIO = stream_like(stream, descriptor)
+            own: TextIO = undone.enter_context(stream_like(stream, descriptor))
             if until_exit:
                 point(descriptor, others_to)
             else:
-                undone.enter_context(own)
                 undone.enter_context(pointed_away(descriptor, others_to))
         else:
             own = stream

@@ -29,9 +29,15 @@ def taken_at(context: bpy.types.Context, scope: str, number: int) -> Taken:
     Raises
     ------
     InputError
-        When there is no mesh with faces, or one is invalid.
+        When there is no such frame, no mesh with faces, or one is invalid.
     """
-    context.scene.frame_set(number)
+    try:
+        context.scene.frame_set(number)
+        is_shown = context.scene.frame_current == number
+    except ValueError:  # more than 32 bits
+        is_shown = False
+    if not is_shown:
+        raise InputError(f"there is no frame {number} on Blender's timeline")
     return Taken.at(context, scope)
 
 

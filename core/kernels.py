@@ -30,13 +30,6 @@ import numpy as np
 
 from .progress import Progress
 
-HAS_NUMBA = (
-    importlib.util.find_spec("numba") is not None
-    # Numba's own switch: it would then leave functions as they are, but not run them as we do.
-    and os.environ.get("NUMBA_DISABLE_JIT", "").strip() in ("", "0")
-)
-"""Whether kernels are compiled; the interface says so when they are not."""
-
 OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 """How kernels are compiled.
 
@@ -52,6 +45,33 @@ which for a ray's thirty numbers costs more compiling than the kernel itself."""
 _cache_root: Path | None = None
 _cache_prepared = False
 _cannot_be_kept = ""
+
+
+@functools.cache
+def numba_fault() -> str | None:
+    """Return why Numba does not compile kernels; None if it does.
+
+    Returns
+    -------
+    str or None
+        Empty if it is not installed, or is switched off. Otherwise what it raises when it is
+        imported: for a version of NumPy that it does not know, or for one of its variables in the
+        environment.
+    """
+    # Numba's own switch: it would then leave functions as they are, but not run them as we do.
+    is_on = os.environ.get("NUMBA_DISABLE_JIT", "").strip() in ("", "0")
+    if not is_on or importlib.util.find_spec("numba") is None:
+        return ""
+    try:
+        import numba  # noqa: F401  only to see whether it works; that takes a quarter of a second
+    except Exception as error:  # whatever is the matter with it, plain Python will do
+        return " ".join(f"{type(error).__name__}: {error}".split())
+    return None
+
+
+def has_numba() -> bool:
+    """Say whether kernels are compiled; the interface says so when they are not."""
+    return numba_fault() is None
 
 
 def set_cache_root(directory: str | os.PathLike[str]) -> None:
@@ -84,7 +104,7 @@ def inlined(function: Callable) -> Callable:
 def _compiled(function: Callable, options: dict[str, Any]) -> Callable:
     """Let Numba compile a function, at its first call, and keep what it has compiled."""
     global _cannot_be_kept
-    if not HAS_NUMBA:
+    if not has_numba():
         return function
     import numba
 
@@ -123,7 +143,7 @@ def implements(
 
     def register(function: Callable) -> Callable:
         declared.register(record)(function)
-        if HAS_NUMBA:
+        if has_numba():
             from numba import types
             from numba.extending import overload
 
@@ -145,7 +165,7 @@ def call(function: Callable, *arguments: Any) -> Any:
     TypeError
         For an inner kernel: it has no Python side, and calling it would crash.
     """
-    if not HAS_NUMBA:
+    if not has_numba():
         # As with error_model="numpy": a division by zero is an infinity and no affair.
         with np.errstate(all="ignore"):
             return function(*arguments)
@@ -283,7 +303,7 @@ def announcing(progress: Progress, what: str) -> Iterator[None]:
     what : str
         What the kernels are for (``"bvh"``).
     """
-    if not HAS_NUMBA:
+    if not has_numba():
         yield
         return
     from numba.core import event

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..addon import jobs, properties, session
-from ..core.kernels import HAS_NUMBA
+from ..core.kernels import has_numba, numba_fault
 from .base import SidebarPanel, draw_job, draw_settings, draw_wrapped
 
 
@@ -19,8 +19,10 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
         self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any
     ) -> None:
         width = context.region.width
-        if not HAS_NUMBA:
-            text = "Slow: pure Python (install the full extension)"
+        if not has_numba():
+            fault = numba_fault()
+            what = f"Numba cannot be imported: {fault}" if fault else "install the full extension"
+            text = f"Slow: pure Python ({what})"
             draw_wrapped(layout, text, "ERROR", width)
         layout.prop(root, "scope", expand=True)
         layout.prop(root, "structure")

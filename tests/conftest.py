@@ -71,7 +71,7 @@ def small_pictures(monkeypatch):
 
 @pytest.fixture
 def run(capsys, small_pictures):
-    """Call the command line with arguments; exceptions pass through, as they are defects."""
+    """Call the command line with arguments."""
 
     def call(*arguments):
         capsys.readouterr()

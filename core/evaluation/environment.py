@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels import HAS_NUMBA
+from ..kernels import has_numba
 from ..parallel import core_count
 
 MANIFEST = Path(__file__).parents[2] / "blender_manifest.toml"
@@ -67,7 +67,7 @@ def own_version() -> str:
 
 def numba_version() -> str | None:
     """Return the version of Numba; None where kernels are plain Python."""
-    if not HAS_NUMBA:
+    if not has_numba():
         return None
     import numba
 

@@ -24,7 +24,7 @@ axis = np.tile(np.eye(3), (8, 1))
 o = np.concatenate([o, vertices[:24] - 2 * axis, vertices[:24]])
 d = np.concatenate([d, axis, axis[::-1]])
 rays = Rays.from_arrays(o, d)
-out = {"numba": kernels.HAS_NUMBA}
+out = {"numba": kernels.has_numba()}
 for name, structure in structures().items():
     made = [structure.Settings()]
     for field in dataclasses.fields(structure.Settings):
@@ -224,9 +224,9 @@ def test_the_cache_forgets_old_versions_only(toy, warm_cache):
 
 
 def test_an_inner_kernel_is_not_called_from_python():
-    from accelscope.core.kernels import HAS_NUMBA, call
+    from accelscope.core.kernels import call, has_numba
     from accelscope.core.structures.steps import make_log, note
 
-    assert HAS_NUMBA
+    assert has_numba()
     with pytest.raises(TypeError, match="note is an inner kernel"):
         call(note, make_log(0), 0, 0, 0, 0.0, 0.0)

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
-from accelscope.core.kernels import HAS_NUMBA, kernel
+from accelscope.core.kernels import has_numba, kernel
 from accelscope.core.structures import structures
 from accelscope.core.structures.steps import (
     HIT,
@@ -257,7 +257,7 @@ def take(frontier, order, waiting, keys, handed):
     handed.append(node)
 
 
-@pytest.mark.skipif(not HAS_NUMBA, reason="compares with compiled kernels")
+@pytest.mark.skipif(not has_numba(), reason="compares with compiled kernels")
 def test_walks_start_with_the_root(lab):
     tree = tree_of(lab, "tetra", *MIDDLE)
     rays, _, _, _ = lab.truth("tetra")

@@ -2,7 +2,7 @@
 
 import pytest
 from accelscope.core.evaluation.experiment import build, warm_up
-from accelscope.core.kernels import HAS_NUMBA, announcing
+from accelscope.core.kernels import announcing, has_numba
 from accelscope.core.progress import Progress
 from accelscope.core.structures import structures
 from accelscope.core.structures.bvh import BVH
@@ -34,7 +34,7 @@ def test_other_numbers():
     assert progress.said == []
 
 
-@pytest.mark.skipif(not HAS_NUMBA, reason="without Numba nothing is compiled")
+@pytest.mark.skipif(not has_numba(), reason="without Numba nothing is compiled")
 def test_a_kernel_that_is_new():
     import numba
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from accelscope.core.geometry import triangulation
-from accelscope.core.kernels import HAS_NUMBA
+from accelscope.core.kernels import has_numba
 from accelscope.core.progress import Progress
 
 CONCAVE = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 0.5, 0), (0, 2, 0)]
@@ -60,7 +60,7 @@ def test_a_build_cuts_in_its_thread(
     assert area.sum() == 2.5
 
 
-@pytest.mark.skipif(not HAS_NUMBA, reason="without Numba nothing is compiled")
+@pytest.mark.skipif(not has_numba(), reason="without Numba nothing is compiled")
 def test_what_compiles_is_announced(
     bpy: Any, concave: Any, monkeypatch: pytest.MonkeyPatch, run: Any, obj: Any
 ) -> None:

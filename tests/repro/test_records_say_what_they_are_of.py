@@ -7,7 +7,7 @@ import platform
 import numpy as np
 import pytest
 from accelscope.core.evaluation import environment
-from accelscope.core.kernels import HAS_NUMBA
+from accelscope.core.kernels import has_numba
 from accelscope.core.parallel import core_count
 
 CAMERA = "camera:width=20,height=10,shadows=true"
@@ -32,7 +32,7 @@ def test_the_environment(without_blender, evaluate):
     assert found["blender"] is None
     assert found["python"] == platform.python_version()
     assert found["numpy"] == np.__version__
-    assert (found["numba"] is not None) == HAS_NUMBA
+    assert (found["numba"] is not None) == has_numba()
     assert found["processor"].strip()
     assert found["cores"] == found["threads"] == core_count()
     date = datetime.datetime.fromisoformat(found["date"])

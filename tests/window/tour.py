@@ -99,7 +99,7 @@ def first_build() -> Steps:
     over_viewport()
     yield
     station("built")
-    assert part("core.kernels").HAS_NUMBA
+    assert part("core.kernels").has_numba()
     yield lambda: status() == "Up to date"
     note("coloured_pixels", [coloured(taken["sample"]), coloured(taken["built"])])
     assert coloured(taken["built"]) > coloured(taken["sample"]) + 2000
