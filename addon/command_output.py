@@ -299,6 +299,8 @@ def refuse_bad_outputs(
     """
     names = [arguments.json, arguments.csv, *others]
     outputs = [Path(name) for name in names if name not in (None, "-")]
+    if arguments.pictures == "":  # as of a variable of a shell that is not set
+        raise InputError("--pictures names no folder; . is the one you are in")
     if arguments.pictures:
         outputs.append(Path(arguments.pictures) / "index.html")
     refuse_to_overwrite([*inputs, *filter(None, [arguments.open_path])], outputs)
