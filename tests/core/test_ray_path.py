@@ -179,7 +179,8 @@ def test_links_lead_from_the_leaf_to_what_is_outlined(walks):
     centres = 0.5 * (cells.boxes[:, :3] + cells.boxes[:, 3:])
     links = centres[[leaf, other]][None]
     linked = type("Linked", (), {"links": staticmethod(lambda number: links)})()
-    segments, colours = links_of(linked, cells, int(cells.numbers[leaf]))
+    segments, colours, count = links_of(linked, cells, int(cells.numbers[leaf]))
+    assert count == len(links)
     by_colour = {
         name: segments[(colours == getattr(ON_DARK, name)).all(axis=1)]
         for name in ("link", "linked", "leaf")
