@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -172,6 +173,24 @@ def test_export_says_when_it_cannot_write(bpy: Any, traced: Any, tmp_path: Path)
     (tmp_path / "file").write_text("")
     with pytest.raises(RuntimeError, match="cannot write"):
         bpy.ops.accelscope.export(filepath=str(tmp_path / "file" / "a.json"), format="JSON")
+
+
+def test_export_on_a_full_disk_leaves_the_old_file(
+    bpy: Any, traced: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.json"
+    path.write_text("old")
+
+    def no_space(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", no_space)
+    with pytest.raises(RuntimeError) as raised:
+        bpy.ops.accelscope.export(filepath=str(path), format="JSON")
+    assert str(raised.value) == (
+        f"Error: cannot write {path}: No space left on device; choose another place\n"
+    )
+    assert [each.read_text() for each in tmp_path.iterdir()] == ["old"]
 
 
 def test_bake_makes_an_object(bpy: Any, traced: Any) -> None:
