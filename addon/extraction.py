@@ -11,7 +11,6 @@ objects in ``depsgraph.object_instances``.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,6 +31,7 @@ from .mesh_check import (
     refuse_invalid_mesh,
     refuse_invalid_meshes,
 )
+from .parts import Key, LocalMesh, Part
 from .standard_streams import others_kept_silent
 from .view import View
 
@@ -46,45 +46,6 @@ GEOMETRY_TYPES = {"MESH", "CURVE", "CURVES", "SURFACE", "FONT", "META", "POINTCL
 """Types of objects that can evaluate to meshes, by geometry nodes at least."""
 
 BYTES_PER_TRIANGLE = 300  # at the peak of extracting
-
-Key = tuple[int, int]
-"""Identity of what a part comes from: session ids of the instancing object (0 if there is none)
-and of the object itself. They survive renaming and undo."""
-
-
-class LocalMesh(NamedTuple):
-    """The faces of one evaluated mesh in its own space.
-
-    Attributes
-    ----------
-    positions : (n_vertices, 3) float32
-    corners : (sum of sizes,) int32
-        Vertex indices of the faces, one face after the other.
-    sizes : (n_faces,) int32
-        How many corners each has; Blender has none of fewer than three.
-    digest : bytes
-        See :func:`.fingerprint.hash_of`.
-    """
-
-    positions: np.ndarray
-    corners: np.ndarray
-    sizes: np.ndarray
-    digest: bytes
-
-    @property
-    def n_triangles(self) -> int:
-        """How many triangles the faces are cut into."""
-        return len(self.corners) - 2 * len(self.sizes)
-
-
-@dataclass(frozen=True)
-class Part:
-    """One mesh in the scene: an object, or one instance of it."""
-
-    key: Key
-    name: str
-    mesh: LocalMesh
-    matrix: np.ndarray  # (4, 4) float64, to world space
 
 
 class Found(NamedTuple):

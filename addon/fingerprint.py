@@ -11,15 +11,13 @@ import hashlib
 import math
 import time
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import bpy
 import numpy as np
 
 from .mesh_check import corner_vertices
-
-if TYPE_CHECKING:
-    from .extraction import Key, Part
+from .parts import Key, Part
 
 SLICE = 1 << 20
 """Bytes that are hashed between two looks at the clock, in about a millisecond."""

@@ -43,11 +43,12 @@ class Outcome(NamedTuple):
             From `progress`.
         """
         from ..core.evaluation.experiment import make_record
+        from ..core.structures.bvh.exhibits import exhibits_of
 
         structure = built.structure
         record = more | make_record(built, None, progress)
         drawable = make_drawable(structure.cells(progress), progress)
-        return cls(snapshot, built, drawable, record, structure.exhibits())
+        return cls(snapshot, built, drawable, record, exhibits_of(structure))
 
 
 def seen_from(built: Built, shape: Scene, view: View) -> Built:

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..core.colours import EMPTY_TINT, INNER_COLOUR, face_opacity
 from ..core.printing import print_lines, print_traceback
-from . import overlay_shader, overlay_upload, selection
+from . import overlay_shader, overlay_upload, selection, shown
 
 if TYPE_CHECKING:
     from .drawable import Drawable, Faces, Lines
@@ -218,7 +218,7 @@ def shown_text(display: Any) -> str:
     drawn = _overlay.drawn
     if drawn and _overlay.cells_hidden:
         return "cells hidden while an exhibit is shown"
-    return selection.shown_text(drawn.drawable, display) if drawn else "no cells"
+    return shown.in_words(drawn.drawable, display) if drawn else "no cells"
 
 
 # ---------------------------------------------------------------------------------- drawing

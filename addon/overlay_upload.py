@@ -6,7 +6,7 @@ import gpu
 import numpy as np
 
 from ..core.colours import ramp
-from ..core.outlines import EDGES, UNIT_CORNERS
+from ..core.geometry.box_shape import EDGES, UNIT_CORNERS
 from .drawable import in_rows
 from .overlay_shader import RAMP_SIZE
 

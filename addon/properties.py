@@ -20,8 +20,8 @@ from bpy.props import (
     StringProperty,
 )
 
-from . import extraction, overlay
-from .generated import enum_of, group_type, properties_of, read
+from . import extraction, overlay, session
+from .generated import enum_of, group_type, properties_of
 from .ranges import range_properties
 from .split_plane import SplitPlaneSettings
 
@@ -35,48 +35,6 @@ _loaded: list[type] = []
 """Property groups that are registered; the root is the last."""
 
 
-def structure_chosen(root: Any) -> Any:
-    """Return the class of the chosen structure."""
-    from ..core.structures import structure_named
-
-    return structure_named(root.structure)
-
-
-def structures_cut_by_planes() -> list[Any]:
-    """Return the structures whose planes can be drawn, and whose building can be replayed."""
-    from ..core.structures import structures
-
-    return [each for each in structures().values() if each.is_cut_by_planes]
-
-
-def structure_and_settings(root: Any) -> tuple[type, Any]:
-    """Return the chosen structure and its settings.
-
-    Raises
-    ------
-    InputError
-        For a value outside its limits.
-    """
-    structure = structure_chosen(root)
-    group = getattr(root.structures, structure.name)
-    return structure, read(group, structure.Settings, structure.label)
-
-
-def workload_and_settings(root: Any) -> tuple[type, Any]:
-    """Return the chosen workload and its settings.
-
-    Raises
-    ------
-    InputError
-        For a value outside its limits.
-    """
-    from ..core.evaluation.workloads import workload_named
-
-    workload = workload_named(root.workload)
-    group = getattr(root.workloads, workload.name)
-    return workload, read(group, workload.Settings, workload.label)
-
-
 # ------------------------------------------------------------------------------ scene.accelscope
 
 
@@ -85,20 +43,14 @@ def _redraw(group: Any, context: bpy.types.Context) -> None:
 
 
 def _redraw_ray(root: Any, context: bpy.types.Context) -> None:
-    from . import session
-
     session.current.draw_paths(event_shown(root))
 
 
 def _show_exhibit(group: Any, context: bpy.types.Context) -> None:
-    from . import session
-
     session.current.show_exhibit(context)
 
 
 def _show_plane(group: Any, context: bpy.types.Context) -> None:
-    from . import session
-
     session.current.show_plane(context)
 
 
@@ -109,8 +61,6 @@ _exhibit_items: list[tuple[str, str, str]] = []
 
 
 def _list_exhibits(group: Any, context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
-    from . import session
-
     exhibits = session.current.showcase.exhibits
     _exhibit_items[:] = [(e.name, e.label, e.description) for e in exhibits] or [NO_EXHIBIT]
     return _exhibit_items
@@ -118,16 +68,12 @@ def _list_exhibits(group: Any, context: bpy.types.Context | None) -> list[tuple[
 
 def _get_exhibit(group: Any) -> int:
     """Return the number of the exhibit in the list; only its name outlives the structure."""
-    from . import session
-
     showcase = session.current.showcase
     exhibit = showcase.chosen(group)
     return 0 if exhibit is None else showcase.exhibits.index(exhibit)
 
 
 def _set_exhibit(group: Any, number: int) -> None:
-    from . import session
-
     exhibits = session.current.showcase.exhibits
     if exhibits:
         # Not a frame of the exhibit before.
@@ -143,36 +89,26 @@ def event_shown(root: Any) -> int | None:
 
 
 def _last_event(root: Any) -> int | None:
-    from . import session
-
     steps = session.current.steps
     return len(steps) - 1 if steps else None
 
 
 def _last_ray(root: Any) -> int | None:
-    from . import session
-
     traced = session.current.traced
     return None if traced is None else len(traced.rays) - 1
 
 
 def _last_frame(group: Any) -> int | None:
-    from . import session
-
     exhibit = session.current.showcase.chosen(group)
     return None if exhibit is None else exhibit.count - 1
 
 
 def _deepest(group: Any) -> int | None:
-    from . import session
-
     drawable = session.current.drawable
     return None if drawable is None else drawable.extent.deepest
 
 
 def _last_step(group: Any) -> int | None:
-    from . import session
-
     drawable = session.current.drawable
     return None if drawable is None else drawable.extent.last_step
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
-from ..core.outlines import corners_of
+from ..core.geometry.box_shape import corners_of
 from ..core.scene import Scene
 
 MOST_NAMES = 5

@@ -16,7 +16,6 @@ import numpy as np
 
 if TYPE_CHECKING:  # only the types: the module of cells brings Numba in
     from ..core.structures.cells import Cells
-    from .drawable import Drawable
 
 MAXIMUM_DRAWN = 500_000
 """Cells drawn at most; of more, leaves come first, then inner nodes, then the shallow ones."""
@@ -271,36 +270,3 @@ def colour_maximum(extent: Extent, display: Any) -> int:
     if step is not None:
         deepest = int(extent.depths[extent.first_steps <= step].max(initial=0))
     return max(min(deepest, display.depth_max), 0)
-
-
-# ------------------------------------------------------------------------------------- in words
-
-
-def shown_text(drawable: Drawable, display: Any) -> str:
-    """Say how many cells are shown: ``"showing 1 203 of 4 096 cells"``, and what is left out."""
-    sections, extent = drawable.sections, drawable.extent
-    wanted = drawable.wanted(display)
-    replayed = step_shown(extent, display) is not None
-    asked = sum(last - first for first, last in runs(sections, display, replayed))
-    drawn = sum(last - first for first, last in drawn_runs(sections, display, replayed))
-    text = f"showing {spaced(min(wanted, drawn))} of {spaced(sections.total)} cells"
-    limits = []
-    if len(sections.order) < sections.total:
-        limits.append(f"{spaced(len(sections.order))} are kept")
-    if drawn < min(asked, wanted):
-        limits.append(f"{spaced(MAXIMUM_DRAWN)} are drawn")
-    if limits:
-        text += f" (at most {', '.join(limits)})"
-    if drawable.n_shaped and drawable.n_shaped < len(sections.order):
-        text += f"; the {spaced(drawable.n_shaped)} nearest to the root in their shape, "
-        text += "deeper ones as the boxes around them"
-    if display.tint_empty and drawable.n_empty > MAXIMUM_FILLED:
-        text += f"; tinting {spaced(MAXIMUM_FILLED)} of {spaced(drawable.n_empty)} empty leaves"
-    if display.planes and drawable.n_planes > MAXIMUM_FILLED:
-        text += f"; with {spaced(MAXIMUM_FILLED)} of {spaced(drawable.n_planes)} planes"
-    return text
-
-
-def spaced(number: int) -> str:
-    """Return a number with a space between thousands."""
-    return f"{number:,}".replace(",", " ")

@@ -18,7 +18,7 @@ from bpy.app.handlers import persistent
 
 from ..core.errors import InputError
 from ..core.printing import print_lines
-from . import generated, handlers, jobs, overlay, properties, watching
+from . import choices, generated, handlers, jobs, overlay, watching
 from .drawable import Drawable
 from .outcome import Outcome
 from .showcase import Showcase
@@ -235,7 +235,7 @@ class Session:
         if root.scope != self.snapshot.look.scope:
             return "the scope was changed"
         try:
-            structure, settings = properties.structure_and_settings(root)
+            structure, settings = choices.structure_and_settings(root)
         except InputError as error:
             return refusal_in_panel(error)
         if structure is not type(self.built.structure):

@@ -19,8 +19,9 @@ import bpy
 from ..core.progress import SILENT, Progress
 from ..core.scene import Scene
 from . import extraction
-from .extraction import Found, Key, Part, RawScene
+from .extraction import Found, RawScene
 from .fingerprint import Digest, MeshHash, bytes_of_matrix, fingerprint, movement
+from .parts import Key, Part
 
 Place = tuple[Key, int]
 """A mesh in scope: what it comes from, and the how manyth that Blender lists of it."""

@@ -11,24 +11,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from .geometry.box_shape import EDGES, SIDES, corners_of
 from .progress import SILENT, Progress
 from .ranges import ranges
 
 if TYPE_CHECKING:  # only the types: their module brings Numba in
     from .structures.cells import Cells, Polygons
-
-UNIT_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)], dtype=np.float32)
-"""Corners of a box, (8, 3): 0 stands for its lower and 1 for its upper bound."""
-
-EDGES = np.array(
-    [(i, i | 1 << axis) for axis in range(3) for i in range(8) if not i & 1 << axis],
-    dtype=np.int32,
-)
-"""Edges of a box, (12, 2), as pairs of corners."""
-
-SIDES = np.array([(0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2),
-                  (4, 5, 7, 6)], dtype=np.int32)  # fmt: skip
-"""Sides of a box, (6, 4), as corners once around: lower and upper in x, y and z."""
 
 JOINED = 1e-7
 """Corners of a polyhedron as near as this share of its size are one."""
@@ -60,16 +48,6 @@ class Wires(NamedTuple):
     def edge_owners(self) -> np.ndarray:
         """Return the place of the cell that each edge belongs to, (k,)."""
         return self.owners[self.edges[:, 0]]
-
-
-def corners_of(boxes: np.ndarray) -> np.ndarray:
-    """Return the corners of boxes (n, 6) in the order of UNIT_CORNERS, (n, 8, 3)."""
-    return np.where(UNIT_CORNERS == 0.0, boxes[:, None, :3], boxes[:, None, 3:])
-
-
-def box_segments(boxes: np.ndarray) -> np.ndarray:
-    """Return the edges of boxes (n, 6) as segments, (12 n, 2, 3)."""
-    return corners_of(boxes)[:, EDGES].reshape(-1, 2, 3)
 
 
 def wires_of(cells: Cells, places: np.ndarray, progress: Progress = SILENT) -> Wires:
@@ -191,28 +169,3 @@ def _joined(polygons: Polygons, boxes: np.ndarray) -> Wires:
     low, high = np.sort(joined[apart.edges], axis=1).T
     code = np.unique(low[low != high] * len(points) + high[low != high])
     return Wires(points, np.stack(np.divmod(code, max(len(points), 1)), axis=1), owners)
-
-
-# ----------------------------------------------------------------------------------------- marks
-
-
-def stars(points: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return marks of three crossing lines at points (n, 3), as segments (3 n, 2, 3)."""
-    arms = 0.5 * sizes[:, None, None, None] * np.stack([-np.eye(3), np.eye(3)], axis=1)
-    return (points[:, None, None] + arms).reshape(-1, 2, 3)
-
-
-def arrows(segments: np.ndarray) -> np.ndarray:
-    """Return segments (n, 2, 3) with heads of four lines at their second ends, (5 n, 2, 3)."""
-    begin, end = segments[:, 0], segments[:, 1]
-    along = end - begin
-    length = np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
-    # Across: from the axis that the segment leans to least; then across both, as long as it is.
-    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
-    across *= length / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), length * 1e-9)
-    other = np.cross(along, across) / length
-    heads = [
-        np.stack([end, end - 0.12 * along + 0.05 * side], axis=1)
-        for side in (across, -across, other, -other)
-    ]
-    return np.concatenate([segments, *heads])

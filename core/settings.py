@@ -142,6 +142,53 @@ def without_effect(settings: Any, where: str) -> list[str]:
     ]
 
 
+def composed(
+    name: str, doc: str, own: type, parts: Mapping[str, Mapping[str, type[Any]]]
+) -> type[Any]:
+    """Return the settings of a family: its own, and those of the parts that can be chosen in it.
+
+    A setting of a part that is none of the family's own stands behind the choice of that part, and
+    is `only_for` the choices that have it.
+
+    Parameters
+    ----------
+    name, doc : str
+        Of the new settings dataclass.
+    own : type
+        The family's own settings dataclass; what a class declares stands before what it inherits.
+    parts : mapping
+        By the name of one of the family's own settings and by its choices: the settings dataclass
+        of the part that is chosen.
+    """
+    own_fields = {field.name: field for field in dataclasses.fields(own)}
+    declared = [name for each in own.__mro__ for name in getattr(each, "__annotations__", ())]
+    rows: list[tuple[str, Any, Any]] = []
+    for field in sorted(own_fields.values(), key=lambda field: declared.index(field.name)):
+        rows.append((field.name, field.type, _copy_of(field, None)))
+        of_parts: dict[str, tuple[dataclasses.Field, list[str]]] = {}
+        for choice, settings in parts.get(field.name, {}).items():
+            for each in dataclasses.fields(settings):
+                if each.name not in own_fields:
+                    of_parts.setdefault(each.name, (each, []))[1].append(choice)
+        for each, choices in of_parts.values():
+            rows.append((each.name, each.type, _copy_of(each, {field.name: choices})))
+    return dataclasses.make_dataclass(name, rows, frozen=True, namespace={"__doc__": doc})
+
+
+def _copy_of(field: dataclasses.Field, only_for: Mapping[str, list[str]] | None) -> Any:
+    """Return a field like another, with one more condition."""
+    conditions = (field.metadata["only_for"] or {}) | (only_for or {})
+    metadata = {**field.metadata, "only_for": conditions or None}
+    return dataclasses.field(default=field.default, metadata=metadata)
+
+
+def part_of(settings: Any, settings_type: type[T]) -> T:
+    """Return the settings of one part out of those of its family."""
+    return settings_type(
+        **{field.name: getattr(settings, field.name) for field in dataclasses.fields(settings_type)}
+    )
+
+
 def parse(settings_type: type[T], texts: Mapping[str, str], where: str) -> T:
     """Make settings from texts such as ``{"resolution": "35x35x35"}``.
 

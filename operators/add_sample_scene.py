@@ -14,7 +14,7 @@ from ..addon import generated, sample_objects
 from ..addon.viewport import look_at
 from ..addon.wording import refusal_in_panel
 from ..core.errors import InputError
-from ..core.outlines import corners_of
+from ..core.geometry.box_shape import corners_of
 from ..core.printing import printable
 from ..core.settings import has_effect
 from ..sample_scenes import samples

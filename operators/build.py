@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import extraction, jobs, properties, session
+from ..addon import choices, extraction, jobs, properties, session
 from ..addon.outcome import Outcome
 from ..core.progress import Progress
 
@@ -39,7 +39,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
         from ..core.evaluation.experiment import build
 
         root = context.scene.accelscope
-        structure, settings = properties.structure_and_settings(root)
+        structure, settings = choices.structure_and_settings(root)
         taken = session.current.take(context, root.scope)
 
         def work(progress: Progress) -> Outcome:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ..addon import extraction, jobs, properties, session, timeline
+from ..addon import choices, extraction, jobs, properties, session, timeline
 from ..addon.outcome import Outcome
 from ..addon.snapshot import Look
 from ..core.errors import InputError
@@ -34,7 +34,7 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
         if jobs.keep_waiting(cls):
             return False
         if properties.is_loaded():
-            structure = properties.structure_chosen(context.scene.accelscope)
+            structure = choices.structure_chosen(context.scene.accelscope)
             if not structure.can_be_refitted:
                 cls.poll_message_set("Choose BVH as the structure: others cannot be refitted")
                 return False
@@ -51,7 +51,7 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
 
         root = context.scene.accelscope
         structure: Any
-        structure, settings = properties.structure_and_settings(root)
+        structure, settings = choices.structure_and_settings(root)
         if structure is not BVH:
             raise InputError(f"only a BVH can be refitted, not {structure.label}")
         # What is shown now is what will be shown afterwards: the tree of this frame.

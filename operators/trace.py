@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, properties, session
+from ..addon import choices, jobs, session
 from ..addon.outcome import seen_from
 from ..addon.view import View
 from ..core.progress import Progress
@@ -36,7 +36,7 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
         from ..core.evaluation.experiment import make_record, trace
 
-        workload, settings = properties.workload_and_settings(context.scene.accelscope)
+        workload, settings = choices.workload_and_settings(context.scene.accelscope)
         built, snapshot = session.current.built, session.current.snapshot
         assert built is not None
         assert snapshot is not None

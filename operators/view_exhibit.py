@@ -28,7 +28,7 @@ class ACCELSCOPE_OT_view_exhibit(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         from ..addon.viewport import look_at
-        from ..core.outlines import corners_of
+        from ..core.geometry.box_shape import corners_of
 
         assert session.current.built is not None
         scene = session.current.built.structure.scene

@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, properties, session
+from ..addon import choices, jobs, session
 from ..core.kernels import has_numba, numba_fault
 from .base import SidebarPanel, draw_job, draw_settings, draw_wrapped
 
@@ -26,7 +26,7 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
             draw_wrapped(layout, text, "ERROR", width)
         layout.prop(root, "scope", expand=True)
         layout.prop(root, "structure")
-        structure = properties.structure_chosen(root)
+        structure = choices.structure_chosen(root)
         draw_settings(layout, getattr(root.structures, root.structure), structure.Settings)
 
         job = jobs.running()

@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import overlay, properties, selection, session
+from ..addon import choices, overlay, properties, selection, session
 from .base import SidebarPanel, draw_range, draw_wrapped
 
 RAMP_TEXTS = {
@@ -51,7 +51,7 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
         step.active = display.replay
         draw_range(step, display, "step", "")
         if drawable is not None and drawable.n_planes == 0 and drawable.extent.last_step is None:
-            labels = [each.label for each in properties.structures_cut_by_planes()]
+            labels = [each.label for each in choices.structures_cut_by_planes()]
             text = f"Planes and Replay: of {', '.join(labels)}"
             draw_wrapped(layout, text, "INFO", context.region.width)
         column = layout.column()

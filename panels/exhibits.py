@@ -44,7 +44,9 @@ class VIEW3D_PT_accelscope_exhibits(SidebarPanel, bpy.types.Panel):
         elif showcase.shown != showcase.wanted(group):
             layout.operator("accelscope.show_frame")
         assert session.current.built is not None
-        left_out = session.current.built.structure.exhibits_left_out
+        from ..core.structures.bvh.exhibits import exhibits_left_out
+
+        left_out = exhibits_left_out(session.current.built.structure)
         if left_out:
             draw_wrapped(layout.column(align=True), left_out, "INFO", width)
         lines = layout.column(align=True)

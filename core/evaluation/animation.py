@@ -18,7 +18,8 @@ from ..kernels import announcing
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..structures.bvh import BVH
-from ..structures.bvh.exhibits.refit import Moment, moment_of
+from ..structures.bvh.exhibits.refit import moment_of
+from ..structures.bvh.history import Moment
 from ..structures.bvh.refit import refit
 from .experiment import (
     Built,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..outlines import corners_of
+from ..geometry.box_shape import corners_of
 from ..scene import Scene
 from ..structures.exhibits import Exhibit, Frame
 from .picture_cameras import camera_around, own_camera, picture_camera

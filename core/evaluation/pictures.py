@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from ..colours import EMPTY_TINT, depth_colours, face_opacity
-from ..geometry.box import surface_area
+from ..geometry.box_shape import surface_area
 from ..geometry.rays import Rays
 from ..outlines import faces_of, triangles_of, wires_of
 from ..printing import in_html
 from ..settings import to_text
+from ..structures.bvh.exhibits import exhibits_of
 from ..structures.cells import Cells
 from ..structures.contract import Structure
 from ..structures.steps import VISIT_EMPTY, VISIT_LEAF
@@ -109,7 +110,7 @@ class Gallery:
 
     def _exhibits(self, structure: Structure, stem: str) -> Iterator[str]:
         """Draw the exhibits of a structure; return their part of the page."""
-        exhibits, scene = structure.exhibits(), structure.scene
+        exhibits, scene = exhibits_of(structure), structure.scene
         if exhibits and scene.source not in self._painters:
             self._painters = {scene.source: ExhibitPainter(scene)}
         for exhibit in exhibits:

@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.box_shape import box_segments
+from ..geometry.marks import arrows, stars
 from ..geometry.rays import Rays
-from ..outlines import arrows, box_segments, stars, wires_of
+from ..outlines import wires_of
 from ..progress import SILENT, Progress
 from ..structures.cells import Cells
 from ..structures.contract import Structure

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import call, implements, inlined, inner, kernel
-from ..outlines import corners_of
 from ..parallel import Team
 from ..progress import SILENT, Progress
+from .box_shape import corners_of, surface_area
 from .half_spaces import every_other
 from .polygons import Polygons, sides_of
 from .volume import MISS, fit, outside, prepare, span
@@ -61,7 +61,7 @@ def enter_box(boxes, index, ray, limit):
 
 @inner
 def area_of(box):
-    """Return the surface area of a box, (6,); for kernels, as :func:`surface_area` for arrays."""
+    """Return the surface area of a box, (6,), in kernels."""
     x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
     return 2.0 * (x * y + y * z + z * x)
 
@@ -117,13 +117,6 @@ def fit_each(triangles, boxes, first, last):
             low, high = (b, a) if b < a else (a, b)
             boxes[i, axis] = c if c < low else low
             boxes[i, 3 + axis] = c if c > high else high
-
-
-def surface_area(boxes: np.ndarray) -> np.ndarray:
-    """Return the surface areas of boxes, (n, 6) to (n,): 2 (ab + bc + ca)."""
-    size = boxes[..., 3:] - boxes[..., :3]
-    x, y, z = size[..., 0], size[..., 1], size[..., 2]
-    return 2.0 * (x * y + y * z + z * x)
 
 
 # -------------------------------------------------------------------------- as a bounding volume

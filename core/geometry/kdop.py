@@ -26,7 +26,7 @@ import numpy as np
 
 from ..kernels import implements
 from ..progress import SILENT, Progress
-from .box import surface_area
+from .box_shape import surface_area
 from .half_spaces import faces_of, tight_neighbours
 from .kdop_edges import half_space_normals, measured_by_edges
 from .polygons import Polygons

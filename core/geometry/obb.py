@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import implements, inner
-from ..outlines import UNIT_CORNERS
 from ..progress import SILENT, Progress
+from .box_shape import UNIT_CORNERS
 from .half_spaces import every_other
 from .polygons import Polygons, sides_of
 from .volume import EPS, MISS, fit, outside, prepare, slack_of, span

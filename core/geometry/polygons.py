@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..outlines import SIDES
 from ..ranges import ranges
+from .box_shape import SIDES
 
 
 class Polygons(NamedTuple):

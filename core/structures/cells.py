@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..geometry.box import surface_area
+from ..geometry.box_shape import surface_area
 from ..geometry.polygons import Polygons
 from ..ranges import ranges
 

@@ -27,7 +27,6 @@ from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
 from .cells import Cells
-from .exhibits import Exhibit
 from .statistics import Statistics
 from .steps import COUNTER_NAMES, Log, Steps, make_log
 
@@ -66,6 +65,14 @@ def intersection_cost() -> Any:
         minimum=0.0,
         maximum=1e9,
     )
+
+
+@dataclass(frozen=True)
+class CostSettings:
+    """The constants of the SAH."""
+
+    C_trav: float = traversal_cost()
+    C_isect: float = intersection_cost()
 
 
 # ---------------------------------------------------------------------------- what comes out
@@ -280,15 +287,6 @@ class Structure(abc.ABC):
         None without :attr:`has_links`.
         """
         return np.empty((0, 2, 3))
-
-    def exhibits(self) -> list[Exhibit]:
-        """Return what else there is to show of this structure; cheap, frames are made on demand."""
-        return []
-
-    @property
-    def exhibits_left_out(self) -> str:
-        """Why exhibits that such structures usually have are not offered; empty if none are."""
-        return ""
 
     def region(self, number: int, direction: np.ndarray) -> np.ndarray | None:
         """Return the box (6,) that a ray of a direction (3,) passes in one step from a cell.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..outlines import stars
+from ..geometry.marks import stars
 from .exhibits import Frame
 
 Colour = tuple[float, float, float, float]

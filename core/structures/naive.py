@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.box import surface_area
+from ..geometry.box_shape import surface_area
 from ..geometry.rays import ANY
 from ..geometry.triangle import Triangles, intersect, triangles_of
 from ..kernels import implements

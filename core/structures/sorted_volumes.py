@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..geometry.box import surface_area
+from ..geometry.box_shape import surface_area
 from ..geometry.kinds import COMBINED, KINDS
 from ..geometry.rays import ALL, ANY
 from ..geometry.triangle import intersect, triangles_of

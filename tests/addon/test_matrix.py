@@ -16,6 +16,7 @@ import pytest
 from accelscope import operators
 from accelscope.core.structures import structures
 from accelscope.core.structures.bvh import BVH
+from accelscope.core.structures.bvh.exhibits import exhibits_of
 
 CHOICES = {field.name: field.metadata["choices"] for field in dataclasses.fields(BVH.Settings)}
 BUILDERS, OPTIMISERS = list(CHOICES["builder"]), list(CHOICES["optimise"])
@@ -60,7 +61,7 @@ class Bench:
             and current.record["structure"]["name"] == structure.name
             and current.record["scene"]["triangles"] == len(structure.scene)
             and [e.name for e in current.showcase.exhibits]
-            == [e.name for e in structure.exhibits()]
+            == [e.name for e in exhibits_of(structure)]
         )
 
     def do(self, verb: str, **arguments: Any) -> None:

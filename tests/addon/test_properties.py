@@ -133,13 +133,13 @@ def test_reading_checks(bpy: Any) -> None:
 
 
 def test_paths_are_relative_to_the_file(bpy: Any, root: Any, tmp_path: Path) -> None:
-    from accelscope.addon import properties
+    from accelscope.addon import choices
 
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "here.blend"))
     root = bpy.context.scene.accelscope
     root.workload = "file"
     root.workloads.file.path = "//rays.npz"
-    _, settings = properties.workload_and_settings(root)
+    _, settings = choices.workload_and_settings(root)
     assert Path(settings.path) == tmp_path / "rays.npz"
 
 

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box import surface_area
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.kernels import call
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene import Scene

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.evaluation.workloads import random_lines
-from accelscope.core.geometry.box import surface_area
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.progress import Cancelled, Progress
 from accelscope.core.scene import Scene

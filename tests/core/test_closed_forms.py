@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 import pytest
 from accelscope.core.evaluation.workloads import random_lines
-from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.rays import ALL, Rays
 from accelscope.core.scene import Scene
 from accelscope.sample_scenes import make_sample

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh.efficiency import hierarchy_efficiency
+from accelscope.core.structures.bvh.exhibits import exhibits_of
 from accelscope.core.structures.bvh.overlap import sibling_overlap
 
 
@@ -117,7 +118,7 @@ def test_figures_of_cells_and_statistics_agree(lab, build):
 @pytest.mark.parametrize("name", ["nodes_not_paying", "overlapping_siblings"])
 def test_exhibits_of_any_scene(lab, build, scene_name, name):
     structure = build("bvh", lab.small_scene(scene_name), "max_leaf_size=1")
-    exhibit = next(each for each in structure.exhibits() if each.name == name)
+    exhibit = next(each for each in exhibits_of(structure) if each.name == name)
     assert exhibit.count >= 1
     for number in range(exhibit.count):
         frame = exhibit.frame(number)

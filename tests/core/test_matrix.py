@@ -20,6 +20,7 @@ from accelscope.core.evaluation.workloads import RandomLinesSettings, RandomLine
 from accelscope.core.geometry.rays import CLOSEST
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
+from accelscope.core.structures.bvh.exhibits import exhibits_left_out, exhibits_of
 from accelscope.core.structures.bvh.refit import refit
 from accelscope.sample_scenes import make_sample
 
@@ -94,13 +95,13 @@ def check_hits(structure, rays, truth):
 
 def check_exhibits(structure):
     """Return the names of those whose first and last frames can be made."""
-    for exhibit in structure.exhibits():
+    for exhibit in exhibits_of(structure):
         for number in {0, exhibit.count // 2, exhibit.count - 1}:
             frame = exhibit.frame(number)
             assert np.isfinite(frame.segments).all()
             assert len(frame.segments) == len(frame.colours)
             assert frame.caption
-    return {exhibit.name for exhibit in structure.exhibits()}
+    return {exhibit.name for exhibit in exhibits_of(structure)}
 
 
 def check_all_verbs(settings, scene, moved, rays, naive, folder):
@@ -115,7 +116,7 @@ def check_all_verbs(settings, scene, moved, rays, naive, folder):
     # exhibits, cells
     of_built = check_exhibits(structure)
     assert len(structure.cells()) == len(structure.arrays.size)
-    assert structure.exhibits_left_out == ""
+    assert exhibits_left_out(structure) == ""
     # export
     built = Built(structure, 0.0)
     traced = Traced(
@@ -142,7 +143,7 @@ def check_all_verbs(settings, scene, moved, rays, naive, folder):
     assert len(refitted.cells()) == len(structure.cells())
     of_refitted = check_exhibits(refitted)
     assert of_refitted <= of_built
-    assert "Build to see them" in refitted.exhibits_left_out
+    assert "Build to see them" in exhibits_left_out(refitted)
     make_record(Built(refitted, 0.0), None)
     assert refit(refitted, scene).validate() == []
     # animate, and its exhibit
@@ -205,7 +206,7 @@ def test_pictures(scene, rays, moved, tmp_path, builder, optimise, small_picture
         gallery.add(built, [make_record(built, traced)], [rays])
     gallery.write_page()
     page = (tmp_path / "index.html").read_text()
-    labels = [exhibit.label for tree in trees for exhibit in tree.exhibits()]
+    labels = [exhibit.label for tree in trees for exhibit in exhibits_of(tree)]
     assert len(labels) >= 6 * len(trees)
     for label in set(labels):
         assert page.count(f"<h3>{label}</h3>") == labels.count(label)

@@ -29,7 +29,7 @@ def team():
 def grouping_of(builder, triangles, **changes):
     settings = dataclasses.replace(BVHSettings(), **changes)
     primitives = Primitives(triangles, boxes_of(triangles))
-    return BUILDERS[builder][1](primitives, settings, SILENT)
+    return BUILDERS[builder].build(primitives, settings, SILENT)
 
 
 def cubes(positions):
@@ -353,7 +353,7 @@ def test_a_build_stops_at_any_report(builder, monkeypatch):
     stopped = 0
     for number in range(10_000):
         try:
-            BUILDERS[builder][1](primitives, settings, CancelAt(number))
+            BUILDERS[builder].build(primitives, settings, CancelAt(number))
             break
         except Cancelled:
             stopped += 1

@@ -9,7 +9,8 @@ import pytest
 from accelscope.addon.command import main
 from accelscope.core.errors import InputError
 from accelscope.core.evaluation.workloads import random_lines
-from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.rays import ALL, Rays
 from accelscope.core.geometry.triangle import triangles_of
 from accelscope.core.scene import Scene

@@ -8,7 +8,8 @@ import threading
 import numpy as np
 import pytest
 from accelscope.core import parallel
-from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.kernels import call
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.structures.bvh import binned_sah, rearranging
@@ -146,7 +147,7 @@ def copied(tree):
 
 
 def optimised(name, tree, settings=SETTINGS, progress=SILENT):
-    return OPTIMISERS[name][1](tree, settings, progress)
+    return OPTIMISERS[name].optimise(tree, settings, progress)
 
 
 def assert_sound(tree, leaf_boxes):

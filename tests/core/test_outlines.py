@@ -4,17 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box import surface_area
-from accelscope.core.outlines import (
-    SIDES,
-    arrows,
-    corners_of,
-    faces_of,
-    outlines_of,
-    stars,
-    triangles_of,
-    wires_of,
-)
+from accelscope.core.geometry.box_shape import SIDES, corners_of, surface_area
+from accelscope.core.geometry.marks import arrows, stars
+from accelscope.core.outlines import faces_of, outlines_of, triangles_of, wires_of
 from accelscope.core.structures.cells import Cells, Polygons
 
 

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box import surface_area
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT
 from accelscope.core.scene import Scene

@@ -12,6 +12,7 @@ from accelscope.core.evaluation.workloads import RandomLinesSettings, RandomLine
 from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
+from accelscope.core.structures.bvh.exhibits import exhibits_of
 from accelscope.core.structures.bvh.refit import refit
 
 LINES = RandomLinesSettings(count=300)
@@ -102,9 +103,9 @@ def test_records_of_an_animation(lab, tmp_path):
         assert (tmp_path / file).stat().st_size > 0
 
     structure = found.last[1].structure
-    assert "refit_over_timeline" not in [each.name for each in structure.exhibits()]
+    assert "refit_over_timeline" not in [each.name for each in exhibits_of(structure)]
     structure = structure.with_history(found.history)
-    exhibit = next(each for each in structure.exhibits() if each.name == "refit_over_timeline")
+    exhibit = next(each for each in exhibits_of(structure) if each.name == "refit_over_timeline")
     assert exhibit.count == 3
     frame = exhibit.frame(2)
     assert np.isfinite(frame.segments).all()

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.structures.bvh import rtree_insert, rtree_str
 from accelscope.core.structures.bvh.rtree import LEAST, MOST, binary

@@ -6,11 +6,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.kernels import kernel
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh import BVHSettings, binned_sah, sbvh
 from accelscope.core.structures.bvh.chop import BOTH, LEFT, RIGHT, References, chop
+from accelscope.core.structures.bvh.exhibits import exhibits_of
 from accelscope.core.structures.bvh.pieces import pieces_of
 from accelscope.core.structures.bvh.spatial_split import (
     OBJECT,
@@ -369,7 +371,7 @@ def test_the_exhibit_counts_what_it_shows(build, settings):
 
     scene = Scene.from_triangles(thicket(), "thicket")
     structure = build("bvh", scene, f"builder=sbvh,{settings}".rstrip(","))
-    (exhibit,) = (each for each in structure.exhibits() if each.name == "spatial_splits")
+    (exhibit,) = (each for each in exhibits_of(structure) if each.name == "spatial_splits")
     made = structure.statistics().extra["spatial_splits"]
     depths = np.repeat(np.arange(len(made)), made)[: exhibit.count]
     assert exhibit.count == min(sum(made), 12)
@@ -389,5 +391,5 @@ def test_without_spatial_splits_there_is_no_exhibit(build):
 
     scene = Scene.from_triangles(thicket(), "thicket")
     for settings in ("builder=sbvh,duplication=1", "builder=binned_sah"):
-        names = [each.name for each in build("bvh", scene, settings).exhibits()]
+        names = [each.name for each in exhibits_of(build("bvh", scene, settings))]
         assert "spatial_splits" not in names

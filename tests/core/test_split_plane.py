@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.structures.bvh.exhibits.split_plane import split_planes
 from accelscope.core.structures.bvh.split_plane import (
     evaluate_plane,

@@ -6,12 +6,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.kernels import call
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVHSettings, object_median, parallel_sah, sweep_sah
 from accelscope.core.structures.bvh.builders import BUILDERS
+from accelscope.core.structures.bvh.exhibits import exhibits_of
 from accelscope.core.structures.bvh.parallel_split import reduction_step, rules
 from accelscope.core.structures.bvh.split_curve import RULES, split_curve
 from accelscope.core.structures.bvh.top_down import room_for
@@ -363,7 +365,7 @@ def trees_equal(one, two):
 
 def grouped(scene, settings):
     primitives = Primitives(scene.triangles.copy(), boxes_of(scene.triangles))
-    return BUILDERS[settings.builder][1](primitives, settings, SILENT)
+    return BUILDERS[settings.builder].build(primitives, settings, SILENT)
 
 
 def test_threads_that_share_a_node_find_the_same_split(lab, monkeypatch):
@@ -470,18 +472,18 @@ def test_builders_can_be_stopped_and_say_how_far_they_are(builder):
 
     full = Stop(np.inf)
     primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
-    BUILDERS[builder][1](primitives, settings, full)
+    BUILDERS[builder].build(primitives, settings, full)
     assert full.seen == sorted(full.seen)
     assert (full.seen[0], full.seen[-1]) == (0, len(scene))
     with pytest.raises(Cancelled):
-        BUILDERS[builder][1](primitives, settings, Stop(1))
+        BUILDERS[builder].build(primitives, settings, Stop(1))
 
 
 # ------------------------------------------------------------------------------------ exhibits
 
 
 def exhibit_of(structure, name):
-    return next(each for each in structure.exhibits() if each.name == name)
+    return next(each for each in exhibits_of(structure) if each.name == name)
 
 
 @pytest.mark.parametrize("builder", RULES)
@@ -530,5 +532,5 @@ def test_reduction_can_be_seen(lab, build):
 def test_other_trees_have_no_such_exhibits(lab, build):
     scene = lab.small_scene("soup")
     for text in ("builder=object_median", "builder=parallel_sah,arity=4"):
-        names = {each.name for each in build("bvh", scene, text).exhibits()}
+        names = {each.name for each in exhibits_of(build("bvh", scene, text))}
         assert not names & {"cost_curve", "split_queues", "min_reduction"}

@@ -4,7 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh import BVHSettings
 from accelscope.core.structures.bvh.builders import BUILDERS
@@ -31,7 +32,7 @@ def cost_of(tree, rule):
 def grouping_of(text, **changes):
     corners = make_sample(text).triangles
     settings = dataclasses.replace(BVHSettings(), max_leaf_size=1, **changes)
-    build = BUILDERS[settings.builder][1]
+    build = BUILDERS[settings.builder].build
     return build(Primitives(corners, boxes_of(corners)), settings, SILENT)
 
 

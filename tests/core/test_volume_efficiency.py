@@ -13,6 +13,7 @@ from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.geometry.triangle import triangles_of
 from accelscope.core.progress import SILENT
 from accelscope.core.scene import Scene
+from accelscope.core.structures.bvh.exhibits import exhibits_of
 from accelscope.core.structures.bvh.fit import fit_all
 from accelscope.core.structures.line_sample import (
     Ball,
@@ -121,7 +122,7 @@ def test_records_and_table(lab):
 
 def test_exhibit(lab, build, scene_name):
     structure = build("bvh", lab.small_scene(scene_name), "volume=kdop14")
-    exhibit = next(each for each in structure.exhibits() if each.name == "volume_efficiency")
+    exhibit = next(each for each in exhibits_of(structure) if each.name == "volume_efficiency")
     assert exhibit.count == 4 * len(KINDS)
     for number in range(4):
         frame = exhibit.frame(number)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from accelscope.core.evaluation.workloads import random_lines
 from accelscope.core.geometry import half_spaces
-from accelscope.core.geometry.box import Boxes, surface_area
+from accelscope.core.geometry.box import Boxes
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.combined import (
     LINES,
     Intersection,
@@ -25,6 +26,7 @@ from accelscope.core.progress import SILENT
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structures
 from accelscope.core.structures.bvh import hierarchy
+from accelscope.core.structures.bvh.exhibits import exhibits_of
 from accelscope.core.structures.bvh.fit import fit_all, sticking_out
 
 EPS = np.finfo(np.float64).eps
@@ -483,7 +485,7 @@ def test_cells_have_the_shape_of_volumes_up_to_a_number(lab, build, monkeypatch)
 
 def test_levels_of_kdops_side_by_side(lab, build):
     tree = build("bvh", lab.small_scene("suzanne"))
-    exhibit = next(each for each in tree.exhibits() if each.name == "kdop_levels")
+    exhibit = next(each for each in exhibits_of(tree) if each.name == "kdop_levels")
     assert exhibit.count == 4
     for level in range(4):
         frame = exhibit.frame(level)
@@ -491,4 +493,4 @@ def test_levels_of_kdops_side_by_side(lab, build):
         noun = "volume" if level == 0 else "volumes"
         assert frame.caption.startswith(f"Level {level}: {2**level} {noun};")
     single = build("bvh", lab.small_scene("one"))
-    assert next(each for each in single.exhibits() if each.name == "kdop_levels").count == 1
+    assert next(each for each in exhibits_of(single) if each.name == "kdop_levels").count == 1

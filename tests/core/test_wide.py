@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box import surface_area
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.rays import ALL
 from accelscope.core.structures.bvh.tree import Tree, depths_of, ranges_of
 from accelscope.core.structures.bvh.wide import widened

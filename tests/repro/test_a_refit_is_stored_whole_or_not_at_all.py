@@ -26,7 +26,9 @@ def test_refit(bpy: Any, cube: Any, root: Any, current: Any, builder: str, optim
     boxes = structure.cells().boxes
     assert current.cells.boxes.tobytes() == boxes.tobytes()
     assert boxes[0, 5] == pytest.approx(2.0, abs=1e-5)
-    names = [exhibit.name for exhibit in structure.exhibits()]
+    from accelscope.core.structures.bvh.exhibits import exhibits_of
+
+    names = [exhibit.name for exhibit in exhibits_of(structure)]
     assert [exhibit.name for exhibit in current.showcase.exhibits] == names
 
 

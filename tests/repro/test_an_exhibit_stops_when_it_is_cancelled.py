@@ -13,6 +13,7 @@ from accelscope.core.geometry.half_spaces import AT_ONCE
 from accelscope.core.progress import Cancelled, Progress
 from accelscope.core.settings import parse, parse_spec
 from accelscope.core.structures import structure_named
+from accelscope.core.structures.bvh.exhibits import exhibits_of
 from accelscope.core.structures.bvh.hierarchy import MOST_SHAPES
 from accelscope.sample_scenes import make_sample
 
@@ -56,7 +57,7 @@ def built(spec: str):
 @pytest.mark.parametrize("spec", SPECS)
 def test_a_frame_reports_between_its_pieces_of_work(spec):
     structure = built(spec)
-    for exhibit in structure.exhibits():
+    for exhibit in exhibits_of(structure):
         watch = Watch()
         exhibit.frame(0, watch)
         assert len(watch.texts) >= 2 or exhibit.name in AT_HAND, exhibit.name
@@ -66,7 +67,7 @@ def test_faces_are_found_some_at_a_time():
     structure = built("bvh:volume=kdop14")
     nodes = min(len(structure.arrays.size), MOST_SHAPES)
     assert nodes > 2 * AT_ONCE
-    for exhibit in structure.exhibits():
+    for exhibit in exhibits_of(structure):
         if exhibit.name in ("levels", "nodes_not_paying"):
             watch = Watch()
             exhibit.frame(0, watch)
@@ -78,12 +79,12 @@ def test_a_cancelled_frame_leaves_nothing_and_can_be_made_again(spec):
     structure, witness = built(spec), built(spec)
     for each in (structure, witness):
         each.statistics()  # measures the volumes, as after every build
-    for exhibit, other in zip(structure.exhibits(), witness.exhibits(), strict=True):
+    for exhibit, other in zip(exhibits_of(structure), exhibits_of(witness), strict=True):
         counting = Watch()
         expected = other.frame(0, counting)
         stages = counting.stages()
         for cancel_at in {1, (1 + len(stages)) // 2, len(stages)} if stages else ():
-            fresh = next(e for e in structure.exhibits() if e.name == exhibit.name)
+            fresh = next(e for e in exhibits_of(structure) if e.name == exhibit.name)
             watch = Watch(cancel_at)
             with pytest.raises(Cancelled):
                 fresh.frame(0, watch)

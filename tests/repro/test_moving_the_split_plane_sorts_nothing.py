@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box import boxes_of, surface_area
+from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.progress import Cancelled, Progress
 from accelscope.core.structures.bvh.exhibits.split_plane import frame_of_plane
 from accelscope.core.structures.bvh.split_plane import evaluate_plane, sort_along

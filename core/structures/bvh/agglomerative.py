@@ -25,18 +25,15 @@ F. Murtagh: A Survey of Recent Advances in Hierarchical Clustering Algorithms, 1
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...geometry.box import union_area
 from ...kernels import call, inner, kernel
 from ...progress import Progress
-from .collapse import LeafRule, collapse
-from .tree import Grouping, LinkedTree, Primitives, leaves_only
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .collapse import LeafRule, LeafSettings, collapse
+from .tree import Builder, Grouping, LinkedTree, Primitives, leaves_only
 
 VISITS = 250_000
 """Nodes of the search tree that one kernel call visits, in some 10 ms; then the cancel button is
@@ -247,7 +244,7 @@ def cluster(boxes: np.ndarray, progress: Progress) -> LinkedTree:
     return tree
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: LeafSettings, progress: Progress) -> Grouping:
     """Build the tree.
 
     Raises
@@ -255,5 +252,12 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     Cancelled
         From `progress`.
     """
-    rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
+    rule = LeafRule.of(settings)
     return Grouping(*collapse(cluster(primitives.boxes, progress), rule))
+
+
+BUILDER = Builder(
+    "Bottom-up, the two closest clusters merged (Walter 2008)",
+    LeafSettings,
+    build,
+)

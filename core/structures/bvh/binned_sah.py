@@ -21,15 +21,18 @@ I. Wald: On fast Construction of SAH-based Bounding Volume Hierarchies, RT 2007.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...geometry.box import area_of, clear, include
 from ...kernels import implements, inner
 from ...progress import Progress
+from ...settings import setting
 from .top_down import (
     Limits,
+    TopDownSettings,
     axis_at,
     choose,
     divide,
@@ -39,10 +42,19 @@ from .top_down import (
     limits_of,
     note,
 )
-from .tree import Grouping, Primitives
+from .tree import Builder, Grouping, Primitives
 
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+
+def bins_setting() -> Any:
+    """Declare the number of candidate planes."""
+    return setting(16, "Bins", "Candidate intervals per axis", unit="bins", minimum=2, maximum=64)
+
+
+@dataclass(frozen=True)
+class BinnedSettings(TopDownSettings):
+    """Settings of builders that compare planes at the borders of bins."""
+
+    bins: int = bins_setting()
 
 
 class Binned(NamedTuple):
@@ -161,7 +173,7 @@ def divide_binned(rule, first, count, axis, place, position):
 
 
 def rules(
-    primitives: Primitives, settings: BVHSettings, curve_rows: int = 0
+    primitives: Primitives, settings: BinnedSettings, curve_rows: int = 0
 ) -> tuple[Callable[[], Binned], np.ndarray]:
     """Return what makes a rule for one thread, and the order of the triangles while they are split.
 
@@ -180,7 +192,7 @@ def rules(
     return make_rule, order
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: BinnedSettings, progress: Progress) -> Grouping:
     """Build the tree; the boxes of the primitives are reordered.
 
     Raises
@@ -191,3 +203,10 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     make_rule, order = rules(primitives, settings)
     tree, splits = grow(make_rule, len(order), progress)
     return Grouping(tree, order, splits=splits)
+
+
+BUILDER = Builder(
+    "From the top down, SAH evaluated at bin borders (Wald 2007)",
+    BinnedSettings,
+    build,
+)

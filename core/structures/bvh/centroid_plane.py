@@ -8,18 +8,15 @@ both sides of a box is.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...geometry.box import area_of, clear, include
 from ...kernels import inner
 from ...progress import Progress
-from .top_down import axis_at, grow, limits_of
+from .top_down import TopDownSettings, axis_at, grow, limits_of
 from .tree import Grouping, Primitives
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
 
 EVERY = np.int64(1 << 31)
 """As `last`: whatever lies in the plane goes left."""
@@ -99,7 +96,7 @@ def axis_to_divide(limits, centroids, depth):
 
 
 def group_by(
-    rule: Callable[..., Any], primitives: Primitives, settings: BVHSettings, progress: Progress
+    rule: Callable[..., Any], primitives: Primitives, settings: TopDownSettings, progress: Progress
 ) -> Grouping:
     """Build a tree by a rule that has nothing but limits, bounds, sides, boxes and order.
 

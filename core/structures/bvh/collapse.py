@@ -10,14 +10,31 @@ what comes below.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from ...geometry.box import area_of, surface_area
+from ...geometry.box import area_of
+from ...geometry.box_shape import surface_area
 from ...kernels import call, inner, kernel
-from ..contract import MAXIMUM_DEPTH
+from ...settings import setting
+from ..contract import MAXIMUM_DEPTH, CostSettings
 from .tree import LinkedTree, Tree
+
+
+@dataclass(frozen=True)
+class LeafSettings(CostSettings):
+    """Settings of where a tree ends."""
+
+    max_leaf_size: int = setting(
+        4,
+        "Max Leaf Size",
+        "A node with more triangles is always split",
+        unit="triangles",
+        minimum=1,
+        maximum=1024,
+    )
 
 
 class LeafRule(NamedTuple):
@@ -26,6 +43,11 @@ class LeafRule(NamedTuple):
     max_leaf_size: int
     c_trav: float
     c_isect: float
+
+    @classmethod
+    def of(cls, settings: LeafSettings) -> LeafRule:
+        """Return what settings say."""
+        return cls(settings.max_leaf_size, settings.C_trav, settings.C_isect)
 
 
 class Below(NamedTuple):

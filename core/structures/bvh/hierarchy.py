@@ -14,25 +14,25 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.box import Boxes, boxes_of, surface_area
+from ...geometry.box import Boxes, boxes_of
+from ...geometry.box_shape import surface_area
 from ...geometry.triangle import Triangles, triangles_of
 from ...geometry.volume import MOST_STRIPS
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...scene import Scene
+from ...settings import part_of
 from ..cells import Cells
 from ..contract import STACK_SIZE, Structure
-from ..exhibits import Exhibit
 from ..statistics import Statistics
 from .builders import BUILDERS
 from .collapse import LeafRule, collapse, total_cost
 from .efficiency import Efficiency, hierarchy_efficiency
-from .exhibits import exhibits_of
-from .exhibits.refit import Moment
 from .fit import fit_all
+from .history import Moment
 from .optimisers import OPTIMISERS
 from .overlap import sibling_overlap
-from .pieces import pieces_of
+from .pieces import referred
 from .rearranging import Rearrangement
 from .settings import BVHSettings
 from .tree import Grouping, Primitives, Splits, Tree, depths_of, linked, ranges_of
@@ -93,7 +93,7 @@ class BVH(Structure):
     def __init__(
         self,
         scene: Scene,
-        settings: BVHSettings,
+        settings: Any,
         arrays: Binary | Wide,
         triangles: Triangles,
         *,
@@ -108,7 +108,7 @@ class BVH(Structure):
         self._areas: np.ndarray | None = None
 
     @classmethod
-    def refuse_too_large(cls, scene: Scene, settings: BVHSettings) -> None:
+    def refuse_too_large(cls, scene: Scene, settings: Any) -> None:
         """Refuse what would not fit into memory, or has no numbers, as the settings say."""
         references = len(scene) * (1.0 + settings.duplication * (settings.builder == "sbvh"))
         refuse_if_unnumbered(2.0 * references, "nodes of the bvh", "use a smaller scene")
@@ -122,7 +122,7 @@ class BVH(Structure):
             )
 
     @classmethod
-    def build(cls, scene: Scene, settings: BVHSettings, progress: Progress = SILENT) -> BVH:
+    def build(cls, scene: Scene, settings: Any, progress: Progress = SILENT) -> BVH:
         """Group the triangles, rearrange the tree, fit the volumes."""
         cls.refuse_too_large(scene, settings)
         grouping, rearrangement = group(scene, settings, progress)
@@ -272,49 +272,14 @@ class BVH(Structure):
         size = WIDE_STACK_SIZE if isinstance(self.arrays, Wide) else STACK_SIZE
         return VolumeWorkspace(np.empty(size, np.int32), np.empty(size), np.empty((MOST_STRIPS, 3)))
 
-    def exhibits(self) -> list[Exhibit]:
-        """Return what there is to show of the tree and of how it was built."""
-        return exhibits_of(self)
-
-    @property
-    def exhibits_left_out(self) -> str:
-        """Why nothing is shown of how the tree was built, if so."""
-        if not self.is_refitted:
-            return ""
-        return (
-            "Exhibits of the building are not shown after a refit, since the triangles have moved. "
-            "Build to see them"
-        )
-
     def validate(self) -> list[str]:
         """Check that leaves partition the references and that volumes contain what is below."""
-        return violations_of(self)
+        return violations_of(
+            self.arrays, self.width(), self.triangles, self.parts, self.scene.triangles
+        )
 
 
-def referred(
-    corners: np.ndarray,
-    parts: np.ndarray | None,
-    begin: np.ndarray,
-    end: np.ndarray,
-    progress: Progress,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return triangles, and the ranges of them that ranges of references stand for.
-
-    Parameters
-    ----------
-    corners : (n_references, 3, 3) float64
-    parts : (n_references, 6) float64 or None
-        Boxes of the parts that references stand for, if not for whole triangles.
-    """
-    if parts is None:
-        return corners, begin, end
-    pieces = pieces_of(corners, parts, progress)
-    return pieces.corners, pieces.offsets[begin], pieces.offsets[end]
-
-
-def group(
-    scene: Scene, settings: BVHSettings, progress: Progress
-) -> tuple[Grouping, Rearrangement | None]:
+def group(scene: Scene, settings: Any, progress: Progress) -> tuple[Grouping, Rearrangement | None]:
     """Group the triangles of a scene as the settings say.
 
     An optimiser works on single triangles, and leaves are chosen by cost afterwards. Where these
@@ -326,19 +291,19 @@ def group(
     rearrangement : Rearrangement or None
         What the optimiser did.
     """
-    build = BUILDERS[settings.builder][1]
-    optimise = OPTIMISERS[settings.optimise][1]
+    builder, optimiser = BUILDERS[settings.builder], OPTIMISERS[settings.optimise]
     primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
-    if optimise is None:
-        return build(primitives, settings, progress), None
-    grouping = build(primitives, dataclasses.replace(settings, max_leaf_size=1), progress)
+    own = part_of(settings, builder.Settings)
+    if optimiser.optimise is None:
+        return builder.build(primitives, own, progress), None
+    grouping = builder.build(primitives, dataclasses.replace(own, max_leaf_size=1), progress)
     progress.report(0, 2, "Choosing leaves")
     tree = linked(grouping.tree)
     progress.report(1, 2, "Choosing leaves")
-    rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
+    rule = LeafRule.of(settings)
     as_built = collapse(tree, rule)
     progress.report(2, 2, "Choosing leaves")
-    rearrangement = optimise(tree, settings, progress)
+    rearrangement = optimiser.optimise(tree, part_of(settings, optimiser.Settings), progress)
     rearranged = collapse(tree, rule)
     pays = total_cost(rearranged[0], rule) <= total_cost(as_built[0], rule)
     collapsed, order = rearranged if pays else as_built
@@ -348,7 +313,7 @@ def group(
     return Grouping(collapsed, grouping.order[order], parts, figures), rearrangement
 
 
-def figures_of_binary(tree: Tree, settings: BVHSettings) -> dict[str, float]:
+def figures_of_binary(tree: Tree, settings: Any) -> dict[str, float]:
     """Return what a wide tree is compared with: figures of the binary one, with boxes around."""
     size = tree.size
     areas = surface_area(tree.boxes)

@@ -12,7 +12,8 @@ Queues, HPG 2011.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,15 +23,20 @@ from ...parallel import Team
 from ...progress import Progress
 from ...ranges import ranges
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
+from .binned_sah import bins_setting
 from .lbvh import Intervals, complete, make_intervals
-from .morton import sort_by_code
-from .tree import Grouping, Primitives
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .morton import MortonSettings, sort_by_code
+from .tree import Builder, Grouping, Primitives
 
 TREELET_BITS = 15
 """Leading bits that all codes of a treelet have in common: cells of a grid of 32 x 32 x 32."""
+
+
+@dataclass(frozen=True)
+class Settings(MortonSettings):
+    """Settings of HLBVH."""
+
+    bins: int = bins_setting()
 
 
 class Bins(NamedTuple):
@@ -144,7 +150,7 @@ def build_top(top, boxes, number, deepest, bins, stack):
         child += 2
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: Settings, progress: Progress) -> Grouping:
     """Sort, build the tree above the treelets, then the treelets.
 
     Raises
@@ -190,3 +196,10 @@ def top_of(boxes: np.ndarray, deepest: int, bins: int) -> tuple[Intervals, np.nd
     stack = np.empty((STACK_SIZE, 2), np.int64)
     call(build_top, top, boxes, number, deepest, make_bins(bins), stack)
     return top, number
+
+
+BUILDER = Builder(
+    "LBVH below, SAH above (Pantaleoni and Luebke 2010)",
+    Settings,
+    build,
+)

@@ -14,7 +14,7 @@ Eurographics 2009. The same tree with all its nodes at once: :mod:`.lbvh_paralle
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,11 +24,8 @@ from ...parallel import Team
 from ...progress import Progress
 from ..contract import STACK_SIZE
 from .collapse import LeafRule, leaf_or_node
-from .morton import sort_by_code
-from .tree import Grouping, Primitives, Tree, copy_depth_first
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .morton import MortonSettings, sort_by_code
+from .tree import Builder, Grouping, Primitives, Tree, copy_depth_first
 
 SUBTREE = 1 << 13
 """References up to which a subtree is built by one thread alone, in memory that fits its cache."""
@@ -191,7 +188,7 @@ def place_parts(parts, source, out, first, last):
             out.first[new] = source.first[old] + (shift if source.size[old] == 0 else 0)
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: MortonSettings, progress: Progress) -> Grouping:
     """Sort, cut, choose leaves.
 
     Raises
@@ -214,7 +211,7 @@ def complete(
     codes: np.ndarray,
     boxes: np.ndarray,
     order: np.ndarray,
-    settings: BVHSettings,
+    settings: MortonSettings,
     team: Team,
 ) -> Tree:
     """Build what is below some nodes, choose leaves, and return the finished tree.
@@ -237,7 +234,7 @@ def complete(
     Cancelled
         From the team's progress.
     """
-    rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
+    rule = LeafRule.of(settings)
     top, upper, roots = cut_upper(top, upper, roots, codes)
     begin, size = top.begin[roots].astype(np.int64), top.size[roots].astype(np.int64)
     kept, place, below = (np.zeros(len(roots), np.int64) for _ in range(3))
@@ -318,3 +315,10 @@ def arrange(top: Intervals, roots: list[int], parts: Parts) -> tuple[np.ndarray,
             top.first[node] = taken
             taken += 2
     return number, taken
+
+
+BUILDER = Builder(
+    "Intervals of sorted Morton codes (Lauterbach 2009)",
+    MortonSettings,
+    build,
+)

@@ -18,19 +18,14 @@ T. Karras: Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...kernels import call, inner, kernel
 from ...parallel import BLOCK, Team
 from ...progress import Progress
 from .collapse import LeafRule, collapse
-from .morton import sort_by_code
-from .tree import Grouping, Primitives, leaves_only
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .morton import MortonSettings, sort_by_code
+from .tree import Builder, Grouping, Primitives, leaves_only
 
 
 @inner
@@ -110,7 +105,7 @@ def fit_upwards(tree, arrived, first, last):
             node = tree.parent[node]
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: MortonSettings, progress: Progress) -> Grouping:
     """Sort, link all nodes, fit them, choose leaves.
 
     Raises
@@ -128,6 +123,13 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     for first in range(0, len(codes), BLOCK):
         progress.report(first, len(codes), "Building bvh")
         call(fit_upwards, tree, arrived, first, min(first + BLOCK, len(codes)))
-    rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
+    rule = LeafRule.of(settings)
     collapsed, references = collapse(tree, rule)
     return Grouping(collapsed, order[references])
+
+
+BUILDER = Builder(
+    "The tree of LBVH, all nodes at once (Karras 2012)",
+    MortonSettings,
+    build,
+)

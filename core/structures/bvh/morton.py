@@ -15,11 +15,27 @@ G. M. Morton: A Computer Oriented Geodetic Data Base and a New Technique in File
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...kernels import call, inner, kernel
 from ...parallel import Team
+from ...settings import setting
+from .collapse import LeafSettings
 from .radix_sort import radix_sort
+
+
+@dataclass(frozen=True)
+class MortonSettings(LeafSettings):
+    """Settings of every builder that sorts triangles by Morton codes."""
+
+    morton_bits: str = setting(
+        "63",
+        "Morton Bits",
+        "Length of Morton codes",
+        choices={"30": "10 bits per axis", "63": "21 bits per axis"},
+    )
 
 
 @inner

@@ -10,18 +10,15 @@ with the side that has the middle. C. A. R. Hoare: Algorithm 65: Find, CACM 4(7)
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...kernels import implements, kernel
 from ...progress import Progress
 from .centroid_plane import axis_to_divide, cost_of_plane, goes_left, group_by, swap
-from .top_down import Limits, choose, divide, enclose, enclose_boxes
-from .tree import Grouping, Primitives
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .top_down import Limits, TopDownSettings, choose, divide, enclose, enclose_boxes
+from .tree import Builder, Grouping, Primitives
 
 
 class Selection(NamedTuple):
@@ -98,7 +95,7 @@ def divide_selection(rule, first, count, axis, place, position):
     return count // 2
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: TopDownSettings, progress: Progress) -> Grouping:
     """Build the tree; the boxes of the primitives are reordered.
 
     Raises
@@ -107,3 +104,10 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
         From `progress`.
     """
     return group_by(Selection, primitives, settings, progress)
+
+
+BUILDER = Builder(
+    "From the top down, half of the triangles to each side",
+    TopDownSettings,
+    build,
+)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
-
-from ...progress import Progress
+from ..contract import CostSettings
 from . import (
     reinsert,
     reinsert_batches,
@@ -14,35 +11,14 @@ from . import (
     treelet,
     treelet_agglomerative,
 )
-from .rearranging import Rearrangement
-from .tree import LinkedTree
+from .rearranging import Optimiser
 
-if TYPE_CHECKING:
-    from .settings import BVHSettings
-
-    Optimiser = Callable[[LinkedTree, BVHSettings, Progress], Rearrangement]
-
-OPTIMISERS: dict[str, tuple[str, Optimiser | None]] = {
-    "none": ("It stays as the builder made it", None),
-    "rotate": ("Children and grandchildren change places (Kensler 2008)", rotate.optimise),
-    "reinsert": (
-        "The worst nodes are taken apart, one after another (Bittner 2013)", reinsert.optimise
-    ),
-    "reinsert_parallel": (
-        "All nodes look for a better place at once; on few cores slower than one after another"
-        " (Meister and Bittner 2018)",
-        reinsert_parallel.optimise,
-    ),
-    "reinsert_batches": (
-        "The largest nodes look for a better place at once: much of the gain in little time",
-        reinsert_batches.optimise,
-    ),
-    "treelet": (
-        "The best tree over every seven subtrees (Karras and Aila 2013)", treelet.optimise
-    ),
-    "treelet_agglomerative": (
-        "Every nine subtrees joined pair by pair (Domingues and Pedrini 2015)",
-        treelet_agglomerative.optimise,
-    ),
-}  # fmt: skip
-"""For each optimiser one sentence, and the function that rearranges a tree in place."""
+OPTIMISERS: dict[str, Optimiser] = {
+    "none": Optimiser("It stays as the builder made it", CostSettings, None),
+    "rotate": rotate.OPTIMISER,
+    "reinsert": reinsert.OPTIMISER,
+    "reinsert_parallel": reinsert_parallel.OPTIMISER,
+    "reinsert_batches": reinsert_batches.OPTIMISER,
+    "treelet": treelet.OPTIMISER,
+    "treelet_agglomerative": treelet_agglomerative.OPTIMISER,
+}

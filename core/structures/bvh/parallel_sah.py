@@ -14,13 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...kernels import call, inner, kernel
 from ...parallel import Spare, core_count
 from ...progress import Progress
+from .binned_sah import BinnedSettings
 from .parallel_split import (
     DataParallel,
     best_candidate,
@@ -29,10 +30,7 @@ from .parallel_split import (
     rules,
 )
 from .top_down import TEXT, compact, enclose, room_for, settle
-from .tree import Grouping, Primitives, Splits, Tree
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .tree import Builder, Grouping, Primitives, Splits, Tree
 
 EMPTY = -1
 """The node in a gap of a queue."""
@@ -236,7 +234,7 @@ def chunks_of(counts: np.ndarray, largest: int) -> list[tuple[int, int]]:
     return list(zip([0, *ends[:-1]], ends, strict=True))
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: BinnedSettings, progress: Progress) -> Grouping:
     """Build the tree level by level; the boxes of the primitives are reordered.
 
     The figures are the length of the queue at every level, and how many of its nodes were split.
@@ -254,3 +252,10 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
         split.append(level.n_split())
     figures = {"queue_lengths": lengths, "queue_splits": split}
     return Grouping(compact(tree), order, figures=figures, splits=splits)
+
+
+BUILDER = Builder(
+    "From the top down, level by level with queues, as on a GPU (Lauterbach 2009)",
+    BinnedSettings,
+    build,
+)

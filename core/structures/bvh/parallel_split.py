@@ -14,12 +14,13 @@ Eurographics 2009.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...kernels import implements, inner, kernel
 from ..contract import MAXIMUM_DEPTH
+from .binned_sah import BinnedSettings
 from .centroid_plane import EVERY, axis_to_divide, cost_of_plane, goes_left
 from .top_down import (
     Limits,
@@ -31,9 +32,6 @@ from .top_down import (
     note,
 )
 from .tree import Primitives
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
 
 
 class DataParallel(NamedTuple):
@@ -176,7 +174,7 @@ def divide_parallel(rule, first, count, axis, place, position):
 
 
 def rules(
-    primitives: Primitives, settings: BVHSettings, curve_rows: int = 0
+    primitives: Primitives, settings: BinnedSettings, curve_rows: int = 0
 ) -> tuple[Callable[[], DataParallel], np.ndarray]:
     """Return what makes a rule for one thread, and the order of the triangles while they are split.
 

@@ -92,3 +92,24 @@ def pieces_of(corners: np.ndarray, boxes: np.ndarray, progress: Progress) -> Pie
     pieces = np.empty((int(offsets[-1]), 3, 3))
     write(pieces)
     return Pieces(pieces, offsets)
+
+
+def referred(
+    corners: np.ndarray,
+    parts: np.ndarray | None,
+    begin: np.ndarray,
+    end: np.ndarray,
+    progress: Progress,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return triangles, and the ranges of them that ranges of references stand for.
+
+    Parameters
+    ----------
+    corners : (n_references, 3, 3) float64
+    parts : (n_references, 6) float64 or None
+        Boxes of the parts that references stand for, if not for whole triangles.
+    """
+    if parts is None:
+        return corners, begin, end
+    pieces = pieces_of(corners, parts, progress)
+    return pieces.corners, pieces.offsets[begin], pieces.offsets[end]

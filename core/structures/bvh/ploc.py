@@ -22,19 +22,18 @@ Construction, IEEE TVCG 24(3), 2018.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ...kernels import call, kernel
 from ...parallel import BLOCK, Team
 from ...progress import Progress
+from ...settings import setting
 from .collapse import LeafRule, collapse
-from .morton import sort_by_code
-from .tree import Grouping, LinkedTree, Primitives, leaves_only
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .morton import MortonSettings, sort_by_code
+from .tree import Builder, Grouping, LinkedTree, Primitives, leaves_only
 
 PAIRS = 1 << 18
 """Pairs of clusters that a thread measures at once, in about a millisecond."""
@@ -42,6 +41,20 @@ PAIRS = 1 << 18
 FEW, SLOW = 1024, 32
 """With more than FEW clusters, at least one of SLOW is to merge in every iteration; otherwise all
 neighbours do. Where triangles nest like dolls only the innermost two find each other."""
+
+
+@dataclass(frozen=True)
+class Settings(MortonSettings):
+    """Settings of PLOC."""
+
+    radius: int = setting(
+        14,
+        "Radius",
+        "How far PLOC looks for a neighbour along the Morton curve",
+        unit="clusters",
+        minimum=1,
+        maximum=512,
+    )
 
 
 @kernel
@@ -215,7 +228,7 @@ def merge_blocks(
     team.run(merge_block, count)
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: Settings, progress: Progress) -> Grouping:
     """Sort, merge, choose leaves.
 
     Raises
@@ -229,6 +242,13 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
         counts = [len(order)]
         for clusters in iterations(tree, settings.radius, team):
             counts.append(len(clusters))
-    rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
+    rule = LeafRule.of(settings)
     collapsed, references = collapse(tree, rule)
     return Grouping(collapsed, order[references], figures={"clusters": counts})
+
+
+BUILDER = Builder(
+    "Bottom-up, neighbours along the Morton curve merge (Meister 2018)",
+    Settings,
+    build,
+)

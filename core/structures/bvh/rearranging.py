@@ -18,18 +18,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import area_of, surface_area
+from ...geometry.box import area_of
+from ...geometry.box_shape import surface_area
 from ...kernels import call, inner
 from ...progress import Progress
+from ..contract import CostSettings
 from .collapse import list_preorder
 from .tree import LinkedTree
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
 
 LEAST_GAIN = 1e-12
 """Share of the root's area up to which a gain is rounding: trees that are equally good would be
@@ -84,7 +83,7 @@ class Rearrangement:
 
     @classmethod
     def of(
-        cls, costs: list[float], moves: Moves, tree: LinkedTree, settings: BVHSettings
+        cls, costs: list[float], moves: Moves, tree: LinkedTree, settings: CostSettings
     ) -> Rearrangement:
         """Read the log."""
         made = int(moves.made[0])
@@ -109,7 +108,7 @@ def make_moves(width: int) -> Moves:
     return Moves(np.zeros((REMEMBERED, width)), np.zeros(1, np.int64))
 
 
-def cost_of(tree: LinkedTree, settings: BVHSettings) -> float:
+def cost_of(tree: LinkedTree, settings: CostSettings) -> float:
     """Return the SAH cost of a tree with one triangle a leaf; 0 if its root has no area."""
     areas = surface_area(tree.boxes)
     n_leaves = (len(areas) + 1) // 2
@@ -257,3 +256,21 @@ def note_reinsertion(moves, gain, tree, node, sibling, place):
             moves.rows[row, 8 + side] = tree.boxes[tree.parent[node], side]
             moves.rows[row, 14 + side] = tree.boxes[sibling, side]
             moves.rows[row, 20 + side] = tree.boxes[place, side]
+
+
+class Optimiser(NamedTuple):
+    """A way to rearrange a finished tree.
+
+    Attributes
+    ----------
+    summary : str
+        One sentence without a full stop.
+    Settings : type
+        Its settings dataclass.
+    optimise : callable or None
+        Rearranges a tree in place: ``optimise(tree, settings, progress)``; None leaves it alone.
+    """
+
+    summary: str
+    Settings: type
+    optimise: Callable[[LinkedTree, Any, Progress], Rearrangement] | None

@@ -26,15 +26,18 @@ Computer Graphics Forum 32(1), 2013.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ...geometry.box import area_of, surface_area, union_area
+from ...geometry.box import area_of, union_area
+from ...geometry.box_shape import surface_area
 from ...kernels import call, inner, kernel
 from ...progress import Progress
+from ..contract import CostSettings
 from .rearranging import (
     MOVE_WIDTH,
+    Optimiser,
     Rearrangement,
     attach,
     cost_of,
@@ -46,9 +49,6 @@ from .rearranging import (
     sibling_of,
 )
 from .tree import LinkedTree
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
 
 BATCH = 0.2
 """Share of the inner nodes that is taken apart in one step."""
@@ -190,7 +190,7 @@ def greatest(values: np.ndarray, count: int) -> np.ndarray:
     return chosen[np.lexsort([chosen, -values[chosen]])]
 
 
-def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rearrangement:
+def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Rearrangement:
     """Reinsert in batches; a step is a batch.
 
     Raises
@@ -216,3 +216,10 @@ def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rea
         progress.report(batch, batch, text)
         costs.append(cost_of(tree, settings))
     return Rearrangement.of(costs, moves, tree, settings)
+
+
+OPTIMISER = Optimiser(
+    "The worst nodes are taken apart, one after another (Bittner 2013)",
+    CostSettings,
+    optimise,
+)

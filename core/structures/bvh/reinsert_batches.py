@@ -25,22 +25,41 @@ nodes, and a twentieth of them, are the choice of the library madmann91/bvh.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry.box import surface_area
+from ...geometry.box_shape import surface_area
 from ...progress import Progress
-from .rearranging import Rearrangement, settled
+from ...settings import setting
+from ..contract import CostSettings
+from .rearranging import Optimiser, Rearrangement, settled
 from .reinsert_parallel import Rounds
 from .tree import LinkedTree
 
-if TYPE_CHECKING:
-    from .settings import BVHSettings
-
-
 FEWEST = 64
 """Nodes that every batch has, if there are so many: to search for these takes no time."""
+
+
+@dataclass(frozen=True)
+class Settings(CostSettings):
+    """Settings of reinsertion in batches."""
+
+    batch: float = setting(
+        0.05,
+        "Batch",
+        "Share of the nodes that look for a better place in a round, the largest ones",
+        minimum=0.001,
+        maximum=1.0,
+    )
+    rounds: int = setting(
+        3,
+        "Rounds",
+        "How often a batch is reinserted; fewer times where little is gained",
+        unit="rounds",
+        minimum=1,
+        maximum=1000,
+    )
 
 
 def largest(tree: LinkedTree, count: int) -> np.ndarray:
@@ -56,7 +75,7 @@ def largest(tree: LinkedTree, count: int) -> np.ndarray:
     return chosen.astype(np.int32)
 
 
-def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rearrangement:
+def optimise(tree: LinkedTree, settings: Settings, progress: Progress) -> Rearrangement:
     """Reinsert in rounds, as many as the settings say or until little is gained; a step is a round.
 
     Raises
@@ -71,3 +90,10 @@ def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rea
     while len(rounds.costs) <= settings.rounds and not settled(rounds.costs):
         rounds.run(largest(tree, count))
     return rounds.rearrangement()
+
+
+OPTIMISER = Optimiser(
+    "The largest nodes look for a better place at once: much of the gain in little time",
+    Settings,
+    optimise,
+)

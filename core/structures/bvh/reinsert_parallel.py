@@ -41,7 +41,7 @@ Computer Graphics Forum 37(2), 2018.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,8 +49,10 @@ from ...geometry.box import area_of, union_area
 from ...kernels import call, inner, kernel
 from ...parallel import Spare, for_chunks
 from ...progress import Progress
+from ..contract import CostSettings
 from .rearranging import (
     MOVE_WIDTH,
+    Optimiser,
     Rearrangement,
     attach,
     cost_of,
@@ -62,9 +64,6 @@ from .rearranging import (
     sibling_of,
 )
 from .tree import LinkedTree
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
 
 MOST_VISITS = 1 << 13
 """Nodes at which a search ends with the best place so far; some hundred are usual. It also bounds
@@ -194,7 +193,7 @@ class Rounds:
         Before the first round and after each.
     """
 
-    def __init__(self, tree: LinkedTree, settings: BVHSettings, progress: Progress) -> None:
+    def __init__(self, tree: LinkedTree, settings: CostSettings, progress: Progress) -> None:
         self._tree, self._settings, self._progress = tree, settings, progress
         self._moves, self._least = make_moves(MOVE_WIDTH), least_gain(tree)
         self._spare = Spare(make_search)
@@ -239,7 +238,7 @@ class Rounds:
         return Rearrangement.of(self.costs, self._moves, self._tree, self._settings)
 
 
-def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rearrangement:
+def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Rearrangement:
     """Reinsert in rounds until one gains less than ENOUGH; a step is a round.
 
     Raises
@@ -257,3 +256,11 @@ def make_search() -> Search:
     """Return scratch memory for one thread."""
     size = MOST_VISITS + 2
     return Search(np.empty(size), np.empty(size, np.int32), np.empty(6))
+
+
+OPTIMISER = Optimiser(
+    "All nodes look for a better place at once; on few cores slower than one "
+    "after another (Meister and Bittner 2018)",
+    CostSettings,
+    optimise,
+)

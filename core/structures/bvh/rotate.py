@@ -17,14 +17,14 @@ A. Kensler: Tree Rotations for Improving Bounding Volume Hierarchies, RT 2008.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...geometry.box import area_of, union_area
 from ...kernels import call, inner, kernel
 from ...progress import Progress
+from ..contract import CostSettings
 from .rearranging import (
+    Optimiser,
     Rearrangement,
     cost_of,
     fit_node,
@@ -37,9 +37,6 @@ from .rearranging import (
     sibling_of,
 )
 from .tree import LinkedTree
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
 
 NODES_AT_ONCE = 1 << 16
 """Nodes in one kernel call, some 20 ms."""
@@ -99,7 +96,7 @@ def rotate_range(tree, nodes, first, last, least, moves):
             note_move(moves, gain)
 
 
-def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rearrangement:
+def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Rearrangement:
     """Rotate; a step is one pass over all nodes.
 
     Raises
@@ -116,3 +113,10 @@ def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rea
         from_leaves_up(tree, NODES_AT_ONCE, work, progress, f"Rotating, pass {len(costs)}")
         costs.append(cost_of(tree, settings))
     return Rearrangement.of(costs, moves, tree, settings)
+
+
+OPTIMISER = Optimiser(
+    "Children and grandchildren change places (Kensler 2008)",
+    CostSettings,
+    optimise,
+)

@@ -21,25 +21,38 @@ A. Guttman: R-Trees: A Dynamic Index Structure for Spatial Searching, SIGMOD 198
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...geometry.box import area_of, union_area
 from ...kernels import call, inner, kernel
 from ...progress import Progress
-from .collapse import LeafRule, collapse
+from ...settings import setting
+from .collapse import LeafRule, LeafSettings, collapse
 from .rtree import LEAST, MOST, RTree, binary, enlarge
-from .tree import Grouping, Primitives
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .tree import Builder, Grouping, Primitives
 
 BOXES_PER_CALL = 4096
 """Boxes that one kernel call inserts, in some 20 ms; then the cancel button is looked at."""
 
 MOST_LEVELS = 24
 """No tree of less than 2^31 references has more: every level has at least 3 times fewer nodes."""
+
+
+@dataclass(frozen=True)
+class Settings(LeafSettings):
+    """Settings of the R-tree by insertion."""
+
+    rtree_split: str = setting(
+        "quadratic",
+        "R-tree Split",
+        "How a full node of an R-tree is shared out between two",
+        choices={
+            "quadratic": "The pair that wastes most surface apart, the most decided entry next",
+            "linear": "The pair farthest apart along an axis, then the others as they come",
+        },
+    )
 
 
 @inner
@@ -222,7 +235,7 @@ def insert_all(boxes: np.ndarray, *, is_linear: bool, progress: Progress) -> RTr
     )
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: Settings, progress: Progress) -> Grouping:
     """Build the tree.
 
     Raises
@@ -232,5 +245,12 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     """
     is_linear = settings.rtree_split == "linear"
     rtree = insert_all(primitives.boxes, is_linear=is_linear, progress=progress)
-    rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
+    rule = LeafRule.of(settings)
     return Grouping(*collapse(binary(rtree, progress), rule))
+
+
+BUILDER = Builder(
+    "R-tree, one triangle inserted after the other (Guttman 1984)",
+    Settings,
+    build,
+)

@@ -12,17 +12,13 @@ Packing, ICDE 1997.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...progress import Progress
-from .collapse import LeafRule, collapse
+from .collapse import LeafRule, LeafSettings, collapse
 from .rtree import LEAST, MOST, RTree, binary
-from .tree import Grouping, Primitives
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .tree import Builder, Grouping, Primitives
 
 
 def slab_size(count: int, axis: int) -> int:
@@ -102,7 +98,7 @@ def pack(boxes: np.ndarray, progress: Progress) -> RTree:
     return RTree(*map(np.concatenate, (all_boxes, children, sizes, levels)))
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: LeafSettings, progress: Progress) -> Grouping:
     """Build the tree.
 
     Raises
@@ -111,5 +107,12 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
         From `progress`.
     """
     rtree = pack(primitives.boxes, progress)
-    rule = LeafRule(settings.max_leaf_size, settings.C_trav, settings.C_isect)
+    rule = LeafRule.of(settings)
     return Grouping(*collapse(binary(rtree, progress), rule))
+
+
+BUILDER = Builder(
+    "R-tree packed by sort-tile-recursive (Leutenegger 1997)",
+    LeafSettings,
+    build,
+)

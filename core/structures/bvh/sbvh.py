@@ -19,17 +19,21 @@ Hierarchies, EGPGV 2016 (shares of free memory).
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import area_of, surface_area
+from ...geometry.box import area_of
+from ...geometry.box_shape import surface_area
 from ...geometry.rays import ULPS
 from ...kernels import call, inner, kernel
 from ...parallel import core_count
 from ...progress import Progress
 from ...ranges import ranges
+from ...settings import setting
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
+from .binned_sah import BinnedSettings
 from .chop import References
 from .spatial_split import (
     OBJECT,
@@ -42,10 +46,7 @@ from .spatial_split import (
     swap,
 )
 from .top_down import TEXT, Limits, compact, enclose_boxes, limits_of
-from .tree import Grouping, Primitives, Tree
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .tree import Builder, Grouping, Primitives, Tree
 
 ALPHA = 1e-5
 """Overlap of an object split, as a share of the root's area, from which on a spatial split is
@@ -53,6 +54,19 @@ looked for; Stich's choice."""
 
 SUBTREE = 1 << 13
 """References up to which a subtree is built by one kernel call."""
+
+
+@dataclass(frozen=True)
+class Settings(BinnedSettings):
+    """Settings of SBVH."""
+
+    duplication: float = setting(
+        2.0,
+        "Duplication",
+        "Most references that spatial splits may make, per triangle",
+        minimum=1.0,
+        maximum=16.0,
+    )
 
 
 class SplitRule(NamedTuple):
@@ -246,7 +260,7 @@ class Construction:
     root : Node
     """
 
-    def __init__(self, primitives: Primitives, settings: BVHSettings) -> None:
+    def __init__(self, primitives: Primitives, settings: Settings) -> None:
         count = len(primitives.boxes)
         room = int(settings.duplication * count)
         boxes, triangle = np.empty((room, 6)), np.empty(room, np.int32)
@@ -289,7 +303,7 @@ class Construction:
         )
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: Settings, progress: Progress) -> Grouping:
     """Build the tree.
 
     Raises
@@ -347,3 +361,10 @@ def figures_of(work: Construction, n_references: int) -> dict[str, Any]:
         "duplication": n_references / work.root.size,
         "spatial_splits": np.bincount(depth[depth >= 0]).tolist(),
     }
+
+
+BUILDER = Builder(
+    "Binned SAH with spatial splits, which cut triangles (Stich 2009)",
+    Settings,
+    build,
+)

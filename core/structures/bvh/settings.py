@@ -27,37 +27,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...geometry.kinds import KINDS
-from ...settings import setting
-from ..contract import intersection_cost, traversal_cost
+from ...settings import composed, setting
 from .builders import BUILDERS
+from .collapse import LeafSettings
 from .optimisers import OPTIMISERS
-
-TOP_DOWN = (
-    "spatial_median", "object_median", "sweep_sah", "binned_sah", "parallel_sah", "sbvh"
-)  # fmt: skip
-BINNED = "binned_sah", "parallel_sah", "hlbvh", "sbvh"
-MORTON = "lbvh", "lbvh_parallel", "hlbvh", "ploc"
 
 
 @dataclass(frozen=True)
-class BVHSettings:
-    """Settings of the bounding volume hierarchy."""
+class FamilySettings(LeafSettings):
+    """What can be chosen of every hierarchy."""
 
     builder: str = setting(
         "binned_sah",
         "Builder",
         "How the triangles are grouped",
-        choices={name: text for name, (text, _) in BUILDERS.items()},
-    )
-    axis: str = setting(
-        "best",
-        "Axis",
-        "Across which axis a builder from the top down may split a node",
-        choices={
-            "best": "Whichever is best: by cost, or for medians the longest",
-            "round_robin": "x, y and z in turn",
-        },
-        only_for={"builder": TOP_DOWN},
+        choices={name: builder.summary for name, builder in BUILDERS.items()},
     )
     volume: str = setting(
         "aabb",
@@ -75,75 +59,16 @@ class BVHSettings:
         "none",
         "Optimise",
         "How the finished tree is rearranged",
-        choices={name: text for name, (text, _) in OPTIMISERS.items()},
+        choices={name: optimiser.summary for name, optimiser in OPTIMISERS.items()},
     )
-    max_leaf_size: int = setting(
-        4,
-        "Max Leaf Size",
-        "A node with more triangles is always split",
-        unit="triangles",
-        minimum=1,
-        maximum=1024,
-    )
-    bins: int = setting(
-        16,
-        "Bins",
-        "Candidate intervals per axis",
-        unit="bins",
-        minimum=2,
-        maximum=64,
-        only_for={"builder": BINNED},
-    )
-    radius: int = setting(
-        14,
-        "Radius",
-        "How far PLOC looks for a neighbour along the Morton curve",
-        unit="clusters",
-        minimum=1,
-        maximum=512,
-        only_for={"builder": ("ploc",)},
-    )
-    morton_bits: str = setting(
-        "63",
-        "Morton Bits",
-        "Length of Morton codes",
-        choices={"30": "10 bits per axis", "63": "21 bits per axis"},
-        only_for={"builder": MORTON},
-    )
-    rtree_split: str = setting(
-        "quadratic",
-        "R-tree Split",
-        "How a full node of an R-tree is shared out between two",
-        choices={
-            "quadratic": "The pair that wastes most surface apart, the most decided entry next",
-            "linear": "The pair farthest apart along an axis, then the others as they come",
-        },
-        only_for={"builder": ("rtree_insert",)},
-    )
-    duplication: float = setting(
-        2.0,
-        "Duplication",
-        "Most references that spatial splits may make, per triangle",
-        minimum=1.0,
-        maximum=16.0,
-        only_for={"builder": ("sbvh",)},
-    )
-    batch: float = setting(
-        0.05,
-        "Batch",
-        "Share of the nodes that look for a better place in a round, the largest ones",
-        minimum=0.001,
-        maximum=1.0,
-        only_for={"optimise": ("reinsert_batches",)},
-    )
-    rounds: int = setting(
-        3,
-        "Rounds",
-        "How often a batch is reinserted; fewer times where little is gained",
-        unit="rounds",
-        minimum=1,
-        maximum=1000,
-        only_for={"optimise": ("reinsert_batches",)},
-    )
-    C_trav: float = traversal_cost()
-    C_isect: float = intersection_cost()
+
+
+BVHSettings = composed(
+    "BVHSettings",
+    "Settings of the bounding volume hierarchy: of the family, its builders and optimisers.",
+    FamilySettings,
+    {
+        "builder": {name: builder.Settings for name, builder in BUILDERS.items()},
+        "optimise": {name: optimiser.Settings for name, optimiser in OPTIMISERS.items()},
+    },
+)

@@ -8,18 +8,15 @@ a leaf is cheaper (:mod:`.top_down`).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...kernels import implements
 from ...progress import Progress
 from .centroid_plane import EVERY, axis_to_divide, cost_of_plane, divide_by_plane, group_by
-from .top_down import Limits, choose, divide, enclose, enclose_boxes
-from .tree import Grouping, Primitives
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .top_down import Limits, TopDownSettings, choose, divide, enclose, enclose_boxes
+from .tree import Builder, Grouping, Primitives
 
 
 class Halving(NamedTuple):
@@ -66,7 +63,7 @@ def divide_halving(rule, first, count, axis, place, position):
     return divide_by_plane(rule.boxes, rule.order, first, count, axis, 2.0 * position, EVERY)
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: TopDownSettings, progress: Progress) -> Grouping:
     """Build the tree; the boxes of the primitives are reordered.
 
     Raises
@@ -75,3 +72,10 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
         From `progress`.
     """
     return group_by(Halving, primitives, settings, progress)
+
+
+BUILDER = Builder(
+    "From the top down, every node halved in space",
+    TopDownSettings,
+    build,
+)

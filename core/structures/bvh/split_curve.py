@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import boxes_of, surface_area
+from ...geometry.box import boxes_of
+from ...geometry.box_shape import surface_area
 from ...kernels import call, kernel
 from ...progress import SILENT, Progress
 from . import binned_sah, parallel_split, sweep_sah

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import surface_area
+from ...geometry.box_shape import surface_area
 from ...progress import SILENT, Progress
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from ...progress import Progress
 from .top_down import (
     TEXT,
     Limits,
+    TopDownSettings,
     axis_at,
     choose,
     divide,
@@ -35,10 +36,7 @@ from .top_down import (
     limits_of,
     note,
 )
-from .tree import Grouping, Primitives
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
+from .tree import Builder, Grouping, Primitives
 
 SUBTREE = 1 << 14
 """As in :mod:`.top_down`; a sweep takes a few times as long as binning."""
@@ -162,7 +160,7 @@ def sorted_lists(boxes: np.ndarray) -> np.ndarray:
 
 
 def rules(
-    primitives: Primitives, settings: BVHSettings, curve_rows: int = 0
+    primitives: Primitives, settings: TopDownSettings, curve_rows: int = 0
 ) -> tuple[Callable[[], Sweep], np.ndarray]:
     """Return what makes a rule for one thread, and the order of the triangles while they are split.
 
@@ -180,7 +178,7 @@ def rules(
     return make_rule, lists[0]
 
 
-def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> Grouping:
+def build(primitives: Primitives, settings: TopDownSettings, progress: Progress) -> Grouping:
     """Build the tree.
 
     Raises
@@ -192,3 +190,10 @@ def build(primitives: Primitives, settings: BVHSettings, progress: Progress) -> 
     make_rule, order = rules(primitives, settings)
     tree, splits = grow(make_rule, len(order), progress, SUBTREE)
     return Grouping(tree, order, splits=splits)
+
+
+BUILDER = Builder(
+    "From the top down, SAH evaluated between all centroids",
+    TopDownSettings,
+    build,
+)

@@ -17,7 +17,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,11 +26,10 @@ from ...geometry.box import area_of
 from ...kernels import call, dispatched, inner, kernel
 from ...parallel import Spare, core_count
 from ...progress import Progress
+from ...settings import setting
 from ..contract import MAXIMUM_DEPTH, STACK_SIZE
+from .collapse import LeafSettings
 from .tree import Splits, Tree, copy_depth_first
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
 
 SUBTREE = 1 << 16
 """Triangles up to which a subtree is built by one kernel call, in some 50 ms. Between calls the
@@ -55,7 +55,22 @@ class Limits(NamedTuple):
     in_turn: bool
 
 
-def limits_of(settings: BVHSettings) -> Limits:
+@dataclass(frozen=True)
+class TopDownSettings(LeafSettings):
+    """Settings of every builder from the top down."""
+
+    axis: str = setting(
+        "best",
+        "Axis",
+        "Across which axis a builder from the top down may split a node",
+        choices={
+            "best": "Whichever is best: by cost, or for medians the longest",
+            "round_robin": "x, y and z in turn",
+        },
+    )
+
+
+def limits_of(settings: TopDownSettings) -> Limits:
     """Return what the settings of all rules say."""
     in_turn = settings.axis == "round_robin"
     return Limits(settings.max_leaf_size, settings.C_trav, settings.C_isect, in_turn)

@@ -10,12 +10,14 @@ handier: :func:`linked` makes one, :func:`.collapse.collapse` makes a grouping o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...kernels import call, kernel
+from ...progress import Progress
 from ...ranges import ranges
 
 
@@ -124,6 +126,24 @@ class Grouping:
     parts: np.ndarray | None = None
     figures: dict[str, Any] = field(default_factory=dict)
     splits: Splits | None = None
+
+
+class Builder(NamedTuple):
+    """A way to group primitives.
+
+    Attributes
+    ----------
+    summary : str
+        One sentence without a full stop.
+    Settings : type
+        Its settings dataclass.
+    build : callable
+        Makes a grouping: ``build(primitives, settings, progress)``.
+    """
+
+    summary: str
+    Settings: type
+    build: Callable[[Primitives, Any, Progress], Grouping]
 
 
 @kernel

@@ -16,14 +16,16 @@ HPG 2013.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...geometry.box import area_of
 from ...kernels import call, dispatched, implements, inner, kernel
 from ...progress import Progress
+from ..contract import CostSettings
 from .rearranging import (
+    Optimiser,
     Rearrangement,
     cost_of,
     fit_node,
@@ -34,9 +36,6 @@ from .rearranging import (
     settled,
 )
 from .tree import LinkedTree
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
 
 LEAVES = 7
 """Leaves of a treelet. Each more makes the search three times as long."""
@@ -248,7 +247,7 @@ def restructure_range(search, tree, nodes, first, last, least, treelet, moves):
 
 
 def restructure(
-    search: Any, most: int, tree: LinkedTree, settings: BVHSettings, progress: Progress
+    search: Any, most: int, tree: LinkedTree, settings: CostSettings, progress: Progress
 ) -> Rearrangement:
     """Restructure all treelets of `most` leaves; a step is one pass over all nodes.
 
@@ -274,7 +273,7 @@ def restructure(
     return Rearrangement.of(costs, moves, tree, settings)
 
 
-def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rearrangement:
+def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Rearrangement:
     """Replace treelets by the best trees over their leaves.
 
     Raises
@@ -287,3 +286,10 @@ def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rea
         np.empty((sets, 6)), np.empty(sets), np.empty(sets, np.int32), np.empty(LEAVES, np.int32)
     )
     return restructure(search, LEAVES, tree, settings, progress)
+
+
+OPTIMISER = Optimiser(
+    "The best tree over every seven subtrees (Karras and Aila 2013)",
+    CostSettings,
+    optimise,
+)

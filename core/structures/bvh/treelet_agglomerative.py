@@ -11,19 +11,17 @@ Restructuring, HPG 2015.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...geometry.box import union_area
 from ...kernels import implements
 from ...progress import Progress
-from .rearranging import Rearrangement
+from ..contract import CostSettings
+from .rearranging import Optimiser, Rearrangement
 from .tree import LinkedTree
 from .treelet import arrange, restructure
-
-if TYPE_CHECKING:
-    from .settings import BVHSettings
 
 LEAVES = 9
 """Leaves of a treelet, as in the paper."""
@@ -83,7 +81,7 @@ def arrange_pairs(search, tree, treelet, count):
     return areas
 
 
-def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rearrangement:
+def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Rearrangement:
     """Replace treelets by those that joining pairs makes, where these are better.
 
     Raises
@@ -93,3 +91,10 @@ def optimise(tree: LinkedTree, settings: BVHSettings, progress: Progress) -> Rea
     """
     search = Clusters(np.empty(LEAVES, np.int32), np.empty((LEAVES, 6)), np.empty((LEAVES, LEAVES)))
     return restructure(search, LEAVES, tree, settings, progress)
+
+
+OPTIMISER = Optimiser(
+    "Every nine subtrees joined pair by pair (Domingues and Pedrini 2015)",
+    CostSettings,
+    optimise,
+)

@@ -2,41 +2,58 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from ...geometry.box import Boxes, boxes_of
 from ...geometry.kdop import KDOPs
 from ...geometry.rays import ULPS
+from ...geometry.triangle import Triangles
+from ...progress import SILENT
 from ...ranges import ranges
 from .fit import sticking_out
+from .pieces import referred
 from .tree import ranges_of
-
-if TYPE_CHECKING:
-    from .hierarchy import BVH
 
 WEIGHTS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4.0
 """Points of a triangle as weights of its corners: corners, and others evenly between."""
 
 
-def violations_of(bvh: BVH) -> list[str]:
+def violations_of(
+    tree: Any,
+    widths: np.ndarray,
+    referred_to: Triangles,
+    parts: np.ndarray | None,
+    scene: np.ndarray,
+) -> list[str]:
     """Return the violated invariants of a hierarchy, one sentence each.
 
     Leaves partition the references, every triangle has one, every node but the root one parent, and
     volumes contain all triangles below them. Boxes and k-DOPs contain those of their children, too.
+
+    Parameters
+    ----------
+    tree : Binary or Wide
+    widths : (n_nodes,) int
+        How many children every node has.
+    referred_to : Triangles
+        In the order of the references.
+    parts : (n_references, 6) float64 or None
+        Boxes of the parts that references stand for, if not for whole triangles.
+    scene : (n, 3, 3) float64
+        The scene's triangles.
     """
     violations = []
-    volumes, first, count = bvh.arrays.volumes, bvh.arrays.first, bvh.arrays.size
+    volumes, first, count = tree.volumes, tree.first, tree.size
     leaves = np.flatnonzero(count > 0)
     covered = np.concatenate([np.arange(first[n], first[n] + count[n]) for n in leaves])
-    ids = bvh.triangles.ids
+    ids = referred_to.ids
     if not np.array_equal(np.sort(covered), np.arange(len(ids))):
         violations.append("the leaves do not partition the references")
-    if not np.array_equal(np.unique(ids), np.arange(len(bvh.scene))):
+    if not np.array_equal(np.unique(ids), np.arange(len(scene))):
         violations.append("a triangle is referenced nowhere")
     inner = np.flatnonzero(count == 0)
-    widths = bvh.width()
     width = widths[inner]
     children = ranges(first[inner], width)
     if not np.array_equal(np.sort(children), np.arange(1, len(count))):
@@ -52,10 +69,12 @@ def violations_of(bvh: BVH) -> list[str]:
         if (boxes[inner] != np.concatenate([union_low, union_high], 1)).any():
             violations.append("a node's box is not the union of its children's")
     if not violations:
-        outsiders = sticking_out(volumes, *bvh.referred(*ranges_of(first, count, widths)))
+        ranges_below = ranges_of(first, count, widths)
+        pieces = referred(referred_to.corners, parts, *ranges_below, SILENT)
+        outsiders = sticking_out(volumes, *pieces)
         if len(outsiders):
             violations.append(f"triangles stick out of {len(outsiders)} nodes")
-    if bvh.parts is not None and not covers(bvh.scene.triangles, ids, bvh.parts):
+    if parts is not None and not covers(scene, ids, parts):
         violations.append("the parts of a triangle do not cover it")
     return violations
 

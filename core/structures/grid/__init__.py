@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from ...geometry.box import boxes_of, surface_area
+from ...geometry.box import boxes_of
+from ...geometry.box_shape import surface_area
 from ...geometry.triangle import Triangles, triangles_of
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import boxes_of, surface_area
+from ...geometry.box import boxes_of
+from ...geometry.box_shape import surface_area
 from ...geometry.rays import ULPS
 from ...progress import SILENT, Progress
 from ..cells import Cells

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from ...contract import Structure
 from ...exhibits import Exhibit
+from ..hierarchy import BVH
 from .efficiency import nodes_not_paying, overlapping_siblings
 from .kdop import kdop_levels
 from .levels import levels
@@ -18,16 +18,29 @@ from .split_curve import cost_curve
 from .split_plane import split_planes
 from .volume import volume_efficiency
 
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
+def exhibits_of(structure: Structure) -> list[Exhibit]:
+    """Return what there is to show of a structure and of how it was built: of hierarchies only.
 
-def exhibits_of(bvh: BVH) -> list[Exhibit]:
-    """Return what there is to show of a hierarchy and of how it was built.
-
-    What explains the building runs it once more, over the triangles the tree has now. Of one that
-    was refitted those are elsewhere, and other decisions than the tree's would be shown.
+    Cheap, frames are made on demand. What explains the building runs it once more, over the
+    triangles the tree has now. Of one that was refitted those are elsewhere, and other decisions
+    than the tree's would be shown.
     """
+    return exhibits_of_hierarchy(structure) if isinstance(structure, BVH) else []
+
+
+def exhibits_left_out(structure: Structure) -> str:
+    """Say why exhibits that such structures usually have are not offered; empty if none are."""
+    if not (isinstance(structure, BVH) and structure.is_refitted):
+        return ""
+    return (
+        "Exhibits of the building are not shown after a refit, since the triangles have moved. "
+        "Build to see them"
+    )
+
+
+def exhibits_of_hierarchy(bvh: BVH) -> list[Exhibit]:
+    """Return the exhibits of a hierarchy."""
     of_tree = [
         levels(bvh),
         kdop_levels(bvh),

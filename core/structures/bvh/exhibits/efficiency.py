@@ -7,24 +7,21 @@ lost by lines through the root, to which a large node matters more than a small 
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....colours import ramp
-from ....geometry.box import surface_area
-from ....outlines import box_segments, wires_of
+from ....geometry.box_shape import box_segments, surface_area
+from ....outlines import wires_of
 from ....progress import SILENT, Progress
 from ....scene import Scene
 from ...cells import Cells
 from ...drawing import BLUE, GREY, ORANGE, RED, Colour, Lines, coloured, frame_of, outlines
 from ...exhibits import Exhibit, Frame, Once
 from ..efficiency import Efficiency
+from ..hierarchy import BVH
 from ..overlap import shared_boxes
 from ..tree import ranges_of
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
 MOST_NODES = 24
 """Nodes with a frame of their own."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ....colours import INNER_COLOUR, ramp
@@ -14,10 +12,8 @@ from ...cells import Cells
 from ...drawing import counted
 from ...exhibits import Exhibit, Frame
 from ..fit import fit_all
+from ..hierarchy import BVH
 from ..tree import ranges_of
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
 LEVELS = 4
 """Levels that the slides show."""

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ....colours import INNER_COLOUR, depth_colours
-from ....outlines import wires_of
+from ....outlines import Wires, wires_of
 from ....progress import SILENT, Progress
+from ...cells import Cells
 from ...drawing import counted
 from ...exhibits import MOST_SEGMENTS, Exhibit, Frame, Once
-
-if TYPE_CHECKING:
-    from ....outlines import Wires
-    from ...cells import Cells
-    from ..hierarchy import BVH
-
+from ..hierarchy import BVH
 
 FAINT = 0.35
 """Opacity of what is not the subject of a frame."""

@@ -8,25 +8,23 @@ intervals as brackets over the sorted codes. "Radix sort" shows the codes as bar
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ....colours import ramp
 from ....geometry.box import boxes_of
+from ....geometry.box_shape import box_segments
 from ....kernels import call
-from ....outlines import box_segments
 from ....parallel import Team
 from ....progress import SILENT, Progress
 from ...drawing import BLUE, GREY, ORANGE, Chart, Lines, coloured, counted, frame_of
 from ...exhibits import MOST_SEGMENTS, Exhibit, Frame, Once
+from ..hierarchy import BVH
 from ..hlbvh import boxes_around
 from ..lbvh import find_cut
 from ..morton import codes_of, sort_by_code
 from ..radix_sort import DIGIT, passes, split
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
 MOST_LEVELS = 8
 """Levels of the tree that are shown: the last has up to 128 intervals."""

@@ -11,26 +11,24 @@ on (blue); in the model are the planes still in the game.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ....colours import ramp
 from ....geometry.box import boxes_of
+from ....geometry.box_shape import box_segments
 from ....kernels import call
-from ....outlines import box_segments
 from ....progress import SILENT, Progress
 from ...cells import planes_across
 from ...drawing import BLUE, GREY, RED, Chart, Lines, coloured, frame_of, outlines
 from ...exhibits import Exhibit, Frame, Once
 from .. import parallel_sah
+from ..hierarchy import BVH
 from ..parallel_split import reduction_step, rules
 from ..split_curve import has_curves, look_at_candidates
 from ..top_down import room_for
 from ..tree import Primitives
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
 MOST_SLOTS = 64
 """Places of a queue that are drawn."""

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ....colours import ramp
 from ....geometry.box import boxes_of
-from ....outlines import box_segments
+from ....geometry.box_shape import box_segments
 from ....parallel import Team
 from ....progress import SILENT, Progress
 from ...drawing import Lines, counted, frame_of
 from ...exhibits import MOST_SEGMENTS, Exhibit, Frame, Once
+from ..hierarchy import BVH
 from ..morton import sort_by_code
 from ..ploc import iterations
 from ..tree import leaves_only
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
 FAINT = 0.35
 """Opacity of clusters that have not merged in this iteration."""

@@ -6,20 +6,15 @@ the greatest first.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from ....geometry.box import surface_area
-from ....outlines import box_segments
+from ....geometry.box_shape import box_segments, surface_area
 from ....progress import SILENT, Progress
 from ....scene import Scene
 from ...drawing import BLUE, GREEN, GREY, ORANGE, RED, Chart, Colour, Lines, coloured, frame_of
 from ...exhibits import Exhibit, Frame
+from ..hierarchy import BVH
 from ..rearranging import Rearrangement
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
 OUTWARDS = np.array([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
 """Added to a box, moves all its sides outwards."""

@@ -6,42 +6,15 @@ how the cost grows. Orange: refitted. Blue: built anew for that frame.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
-
 import numpy as np
 
 from ....colours import depth_colours
-from ....outlines import box_segments
+from ....geometry.box_shape import box_segments
 from ....progress import SILENT, Progress
 from ...drawing import BLUE, ORANGE, RED, Chart, Lines, frame_of
 from ...exhibits import Exhibit, Frame
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
-
-LEVELS = 5
-"""Levels that are kept of every frame."""
-
-
-class Moment(NamedTuple):
-    """One frame of an animation.
-
-    Attributes
-    ----------
-    frame : int
-        Its number on the timeline.
-    refit, rebuild : float
-        SAH cost of the first frame's tree, refitted, and of a tree for this frame.
-    boxes : (k, 6) float64
-        Boxes of the upper LEVELS of the refitted tree.
-    depths : (k,) int
-    """
-
-    frame: int
-    refit: float
-    rebuild: float
-    boxes: np.ndarray
-    depths: np.ndarray
+from ..hierarchy import BVH
+from ..history import LEVELS, Moment
 
 
 def moment_of(frame: int, refitted: BVH, refit: float, rebuild: float) -> Moment:

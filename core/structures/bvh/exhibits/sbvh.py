@@ -7,22 +7,19 @@ from __future__ import annotations
 
 import dataclasses
 from collections import deque
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....geometry.box import boxes_of, surface_area
-from ....outlines import box_segments
+from ....geometry.box import boxes_of
+from ....geometry.box_shape import box_segments, surface_area
 from ....progress import SILENT, Progress
 from ...cells import planes_across
 from ...drawing import BLUE, GREEN, GREY, ORANGE, RED, Colour, coloured, frame_of, outlines
 from ...exhibits import Exhibit, Frame, Once
+from ..hierarchy import BVH
 from ..sbvh import Construction, Node, Split
 from ..tree import Primitives
 from .efficiency import magnified
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
 MOST_SPLITS = 12
 """Spatial splits with a frame of their own, those nearest to the root."""

@@ -8,19 +8,15 @@ testing all triangles. Red: the plane that was taken, in its chart and in the mo
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from ....outlines import box_segments
+from ....geometry.box_shape import box_segments
 from ....progress import SILENT, Progress
 from ...cells import planes_across
 from ...drawing import BLUE, GREEN, GREY, RED, Chart, Lines, coloured, frame_of, outlines
 from ...exhibits import Exhibit, Frame
+from ..hierarchy import BVH
 from ..split_curve import SplitCurve, has_curves, split_curve
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
 MOST_NODES = 15
 """Nodes that have a frame: the root and those nearest to it."""

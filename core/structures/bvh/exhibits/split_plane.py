@@ -7,16 +7,15 @@ around the triangles of both sides, as builders count. Grey: what testing all tr
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ....geometry.box import boxes_of
-from ....outlines import box_segments
+from ....geometry.box_shape import box_segments
 from ....progress import SILENT, Progress
 from ...cells import planes_across
 from ...drawing import BLUE, GREY, ORANGE, RED, Chart, Lines, coloured, frame_of, outlines
 from ...exhibits import Exhibit, Frame, Once
+from ..hierarchy import BVH
 from ..split_plane import (
     SortedAxis,
     SplitPlane,
@@ -27,9 +26,6 @@ from ..split_plane import (
     tight_costs,
 )
 from ..worked_example import PRINTED, T_TRA, T_TRI, Case, cases_of, is_worked_example
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
 MOST_TRIANGLES = 4000
 """Triangles up to which each is drawn in the colour of its side."""

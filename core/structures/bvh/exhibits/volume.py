@@ -8,7 +8,7 @@ ones among those that hit the volume.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +27,7 @@ from ...line_sample import (
     sample_of,
 )
 from ..fit import fit_all
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
+from ..hierarchy import BVH
 
 SPREAD = 1.3
 """Size of the ball that lines are drawn through, in that around the scene's box."""

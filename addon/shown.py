@@ -1,0 +1,39 @@
+"""How many cells are shown, in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from . import selection
+from .drawable import Drawable
+from .selection import MAXIMUM_DRAWN, MAXIMUM_FILLED
+
+
+def in_words(drawable: Drawable, display: Any) -> str:
+    """Say how many cells are shown: ``"showing 1 203 of 4 096 cells"``, and what is left out."""
+    sections, extent = drawable.sections, drawable.extent
+    wanted = drawable.wanted(display)
+    replayed = selection.step_shown(extent, display) is not None
+    asked = sum(last - first for first, last in selection.runs(sections, display, replayed))
+    drawn = sum(last - first for first, last in selection.drawn_runs(sections, display, replayed))
+    text = f"showing {spaced(min(wanted, drawn))} of {spaced(sections.total)} cells"
+    limits = []
+    if len(sections.order) < sections.total:
+        limits.append(f"{spaced(len(sections.order))} are kept")
+    if drawn < min(asked, wanted):
+        limits.append(f"{spaced(MAXIMUM_DRAWN)} are drawn")
+    if limits:
+        text += f" (at most {', '.join(limits)})"
+    if drawable.n_shaped and drawable.n_shaped < len(sections.order):
+        text += f"; the {spaced(drawable.n_shaped)} nearest to the root in their shape, "
+        text += "deeper ones as the boxes around them"
+    if display.tint_empty and drawable.n_empty > MAXIMUM_FILLED:
+        text += f"; tinting {spaced(MAXIMUM_FILLED)} of {spaced(drawable.n_empty)} empty leaves"
+    if display.planes and drawable.n_planes > MAXIMUM_FILLED:
+        text += f"; with {spaced(MAXIMUM_FILLED)} of {spaced(drawable.n_planes)} planes"
+    return text
+
+
+def spaced(number: int) -> str:
+    """Return a number with a space between thousands."""
+    return f"{number:,}".replace(",", " ")
