@@ -38,7 +38,7 @@ system-libraries:
 .PHONY: demo
 demo: venv system-libraries ## Evaluate the sample scenes with all structures into build/demo
 	$(call say,Evaluating the sample scenes)
-	@$(BIN)/python -m accelscope.addon.demo --output build/demo
+	@$(BIN)/python -m accelscope.addon.command.demo --output build/demo
 
 .PHONY: test
 test: lint types pytest ## Check format, lint and types, and run the tests (25 minutes at most)

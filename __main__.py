@@ -24,7 +24,7 @@ def main() -> int:
         # Who has it ignored, such as nohup, has a reason.
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, stop)
-    from .addon.command import main as run
+    from .addon.command.main import main as run
 
     code = run()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -23,7 +23,7 @@ import bpy
 from ..core.errors import InputError
 from ..core.printing import print_traceback, printable
 from ..core.progress import SILENT, Cancelled, Progress
-from .wording import in_panel, refusal_in_panel
+from .results.wording import in_panel, refusal_in_panel
 
 Work = Callable[[Progress], Any]
 

@@ -11,10 +11,13 @@ from typing import Any
 
 import bpy
 
-from ..core.evaluation.environment import set_blender_version
+from ..core.evaluation.records.environment import set_blender_version
 from ..core.kernels import set_cache_root
 from ..core.scene import Scene
-from . import jobs, properties, session, watching
+from . import jobs
+from .from_blender import watching
+from .results import session
+from .settings import properties
 
 BASE_PACKAGE = __package__.rpartition(".")[0]
 """``accelscope``, or ``bl_ext.<repository>.accelscope`` in an extension."""
@@ -78,8 +81,8 @@ def _choose_kernel_cache() -> None:
 
 def _run_command(arguments: Sequence[str]) -> int:
     """Run ``blender --command accelscope``; without SCENE it takes the open file."""
-    from . import extraction
-    from .command import main
+    from .command.main import main
+    from .from_blender import extraction
 
     def open_file() -> Scene:
         return extraction.extract(bpy.context, extraction.VISIBLE)

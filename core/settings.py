@@ -177,7 +177,7 @@ def composed(
 
 def _copy_of(field: dataclasses.Field, only_for: Mapping[str, list[str]] | None) -> Any:
     """Return a field like another, with one more condition."""
-    conditions = (field.metadata["only_for"] or {}) | (only_for or {})
+    conditions = {**(field.metadata["only_for"] or {}), **(only_for or {})}
     metadata = {**field.metadata, "only_for": conditions or None}
     return dataclasses.field(default=field.default, metadata=metadata)
 

@@ -10,9 +10,10 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty
 
-from ..addon import generated, sample_objects
-from ..addon.viewport import look_at
-from ..addon.wording import refusal_in_panel
+from ..addon.drawing.viewport import look_at
+from ..addon.results.wording import refusal_in_panel
+from ..addon.settings import generated
+from ..addon.to_blender import sample_objects
 from ..core.errors import InputError
 from ..core.geometry.box_shape import corners_of
 from ..core.printing import printable

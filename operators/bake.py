@@ -6,8 +6,9 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, session
-from ..addon.selection import Shown
+from ..addon import jobs
+from ..addon.drawing.selection import Shown
+from ..addon.results import session
 from ..core.errors import InputError
 from ..core.progress import Progress
 
@@ -37,7 +38,7 @@ class ACCELSCOPE_OT_bake(jobs.JobOperator, bpy.types.Operator):
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
-        from ..addon import bake
+        from ..addon.to_blender import bake
 
         built, drawable = session.current.built, session.current.drawable
         assert built is not None

@@ -6,8 +6,11 @@ from typing import Any
 
 import bpy
 
-from ..addon import choices, extraction, jobs, properties, session
-from ..addon.outcome import Outcome
+from ..addon import jobs
+from ..addon.from_blender import extraction
+from ..addon.results import session
+from ..addon.results.outcome import Outcome
+from ..addon.settings import choices, properties
 from ..core.progress import Progress
 
 
@@ -36,7 +39,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
-        from ..core.evaluation.experiment import build
+        from ..core.evaluation.records.experiment import build
 
         root = context.scene.accelscope
         structure, settings = choices.structure_and_settings(root)
@@ -50,7 +53,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        from ..core.evaluation.report import show_integer, show_number, show_seconds
+        from ..core.evaluation.records.report import show_integer, show_number, show_seconds
 
         session.current.set_built(result)
         session.current.show_exhibit(context)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..addon import jobs, session
+from ..addon import jobs
+from ..addon.results import session
 
 
 class ACCELSCOPE_OT_clear(bpy.types.Operator):

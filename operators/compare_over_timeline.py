@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ..addon import choices, extraction, jobs, properties, session, timeline
-from ..addon.outcome import Outcome
-from ..addon.snapshot import Look
+from ..addon import jobs
+from ..addon.from_blender import extraction, timeline
+from ..addon.from_blender.snapshot import Look
+from ..addon.results import session
+from ..addon.results.outcome import Outcome
+from ..addon.settings import choices, properties
 from ..core.errors import InputError
 from ..core.progress import Progress
 
 if TYPE_CHECKING:
-    from ..core.evaluation.animation import Comparison
+    from ..core.evaluation.records.animation import Comparison
 
 
 class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
@@ -44,9 +47,9 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
-        from ..core.evaluation.animation import animate
-        from ..core.evaluation.experiment import build
-        from ..core.evaluation.workloads import RandomLinesSettings, RandomLinesWorkload
+        from ..core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
+        from ..core.evaluation.records.animation import animate
+        from ..core.evaluation.records.experiment import build
         from ..core.structures.bvh import BVH
 
         root = context.scene.accelscope
@@ -81,8 +84,8 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
         self.frames.serve()
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        from ..core.evaluation.animation import growth
-        from ..core.evaluation.report import show_number
+        from ..core.evaluation.records.animation import growth
+        from ..core.evaluation.records.report import show_number
 
         self.frames.restore()
         found, outcome = result

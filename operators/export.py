@@ -7,8 +7,8 @@ from pathlib import Path
 import bpy
 from bpy.props import EnumProperty, StringProperty
 
-from ..addon import session
-from ..addon.wording import refusal_in_panel
+from ..addon.results import session
+from ..addon.results.wording import refusal_in_panel
 from ..core.errors import InputError
 from ..core.printing import printable
 
@@ -52,7 +52,7 @@ class ACCELSCOPE_OT_export(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..core.evaluation.report import write_csv, write_json
+        from ..core.evaluation.records.report import write_csv, write_json
 
         suffix = f".{self.format.lower()}"
         path = Path(bpy.path.abspath(self.filepath))

@@ -7,8 +7,9 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, session
-from ..addon.outcome import Outcome
+from ..addon import jobs
+from ..addon.results import session
+from ..addon.results.outcome import Outcome
 from ..core.progress import Progress
 
 
@@ -35,10 +36,10 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
-        from ..core.evaluation.experiment import Built
+        from ..core.evaluation.records.experiment import Built
         from ..core.kernels import announcing
         from ..core.structures.bvh import BVH
-        from ..core.structures.bvh.refit import refit
+        from ..core.structures.bvh.topology.refit import refit
 
         built, known = session.current.built, session.current.snapshot
         assert built is not None
@@ -60,7 +61,7 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        from ..core.evaluation.report import show_number, show_seconds
+        from ..core.evaluation.records.report import show_number, show_seconds
 
         before, outcome = result
         session.current.set_built(outcome)

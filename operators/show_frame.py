@@ -6,7 +6,8 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, session
+from ..addon import jobs
+from ..addon.results import session
 from ..core.progress import Progress
 
 

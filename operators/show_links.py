@@ -8,7 +8,9 @@ import bpy
 import numpy as np
 from bpy.props import IntProperty
 
-from ..addon import jobs, properties, session
+from ..addon import jobs
+from ..addon.results import session
+from ..addon.settings import properties
 from ..core.errors import InputError
 from ..core.progress import Progress
 
@@ -47,7 +49,7 @@ class ACCELSCOPE_OT_show_links(jobs.JobOperator, bpy.types.Operator):
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
-        from ..core.evaluation.ray_path import leaf_at, links_of
+        from ..core.evaluation.pages.ray_path import leaf_at, links_of
         from ..core.kernels import announcing
 
         built, cells = session.current.built, session.current.cells

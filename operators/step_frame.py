@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import IntProperty
 
-from ..addon import session
+from ..addon.results import session
 
 
 class ACCELSCOPE_OT_step_frame(bpy.types.Operator):

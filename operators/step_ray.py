@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..addon import jobs, properties, session
+from ..addon import jobs
+from ..addon.results import session
+from ..addon.settings import properties
 from ..core.printing import printable
 
 

@@ -6,9 +6,11 @@ from typing import Any
 
 import bpy
 
-from ..addon import choices, jobs, session
-from ..addon.outcome import seen_from
-from ..addon.view import View
+from ..addon import jobs
+from ..addon.from_blender.view import View
+from ..addon.results import session
+from ..addon.results.outcome import seen_from
+from ..addon.settings import choices
 from ..core.progress import Progress
 
 
@@ -34,7 +36,7 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
-        from ..core.evaluation.experiment import make_record, trace
+        from ..core.evaluation.records.experiment import make_record, trace
 
         workload, settings = choices.workload_and_settings(context.scene.accelscope)
         built, snapshot = session.current.built, session.current.snapshot
@@ -50,7 +52,7 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        from ..core.evaluation.report import show_integer, show_number, show_seconds
+        from ..core.evaluation.records.report import show_integer, show_number, show_seconds
 
         session.current.set_traced(*result)
         traced, record = result

@@ -5,7 +5,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..addon import overlay, session
+from ..addon.drawing import overlay
+from ..addon.results import session
 
 LAYERS = overlay.EXHIBIT, overlay.PLANE
 
@@ -27,7 +28,7 @@ class ACCELSCOPE_OT_view_exhibit(bpy.types.Operator):
         return context.area is not None and context.area.type == "VIEW_3D"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..addon.viewport import look_at
+        from ..addon.drawing.viewport import look_at
         from ..core.geometry.box_shape import corners_of
 
         assert session.current.built is not None

@@ -7,8 +7,9 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, properties, ranges
-from ..addon.wording import in_lines
+from ..addon import jobs
+from ..addon.results.wording import in_lines
+from ..addon.settings import properties, ranges
 from ..core.settings import has_effect
 
 
@@ -48,7 +49,10 @@ def draw_settings(layout: bpy.types.UILayout, group: Any, settings_type: type) -
 
 
 def draw_range(layout: bpy.types.UILayout, group: Any, name: str, text: str | None = None) -> None:
-    """Draw a number that ends where its content ends, and its slider (:mod:`..addon.ranges`)."""
+    """Draw a number that ends where its content ends, and its slider.
+
+    See :mod:`..addon.settings.ranges`.
+    """
     row = layout.row(align=True)
     row.prop(group, name, text=text)
     row.prop(group, ranges.share_of(name), text="", slider=True)

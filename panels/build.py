@@ -6,7 +6,9 @@ from typing import Any
 
 import bpy
 
-from ..addon import choices, jobs, session
+from ..addon import jobs
+from ..addon.results import session
+from ..addon.settings import choices
 from ..core.kernels import has_numba, numba_fault
 from .base import SidebarPanel, draw_job, draw_settings, draw_wrapped
 

@@ -6,7 +6,9 @@ from typing import Any
 
 import bpy
 
-from ..addon import choices, overlay, properties, selection, session
+from ..addon.drawing import overlay, selection
+from ..addon.results import session
+from ..addon.settings import choices, properties
 from .base import SidebarPanel, draw_range, draw_wrapped
 
 RAMP_TEXTS = {

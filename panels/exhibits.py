@@ -6,7 +6,9 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, properties, session
+from ..addon import jobs
+from ..addon.results import session
+from ..addon.settings import properties
 from .base import SidebarPanel, draw_job, draw_range, draw_wrapped
 
 
@@ -44,7 +46,7 @@ class VIEW3D_PT_accelscope_exhibits(SidebarPanel, bpy.types.Panel):
         elif showcase.shown != showcase.wanted(group):
             layout.operator("accelscope.show_frame")
         assert session.current.built is not None
-        from ..core.structures.bvh.exhibits import exhibits_left_out
+        from ..core.lessons import exhibits_left_out
 
         left_out = exhibits_left_out(session.current.built.structure)
         if left_out:

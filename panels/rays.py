@@ -6,7 +6,9 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, properties, session
+from ..addon import jobs
+from ..addon.results import session
+from ..addon.settings import properties
 from .base import (
     SidebarPanel,
     draw_figure,
@@ -35,7 +37,7 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
     def draw_loaded(
         self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any
     ) -> None:
-        from ..core.evaluation.workloads import workload_named
+        from ..core.evaluation.rays.workloads import workload_named
 
         layout.prop(root, "workload")
         group = getattr(root.workloads, root.workload)

@@ -6,7 +6,9 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs, properties, session
+from ..addon import jobs
+from ..addon.results import session
+from ..addon.settings import properties
 from .base import SidebarPanel, draw_figure, draw_job
 
 

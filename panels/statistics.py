@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import session
+from ..addon.results import session
 from .base import SidebarPanel, draw_figure
 
 
@@ -21,7 +21,7 @@ class VIEW3D_PT_accelscope_statistics(SidebarPanel, bpy.types.Panel):
         if session.current.record is None:
             layout.label(text="Nothing has been built yet")
             return
-        from ..core.evaluation.report import figures
+        from ..core.evaluation.records.report import figures
 
         rows = figures(session.current.record)
         for section, group in itertools.groupby(rows, key=lambda row: row[0]):

@@ -3,7 +3,7 @@
 Four closed solids: an octahedron (8 faces) left of plane I, a tetrahedron (4) between I and II,
 nothing between II and III, and right of III a tetrahedron (4) below and a pentakis dodecahedron
 (60) above plane X. The box around them has just the proportions for the printed p, see
-:mod:`..core.structures.bvh.worked_example`.
+:mod:`..core.sah.worked_example`.
 
 Source: J. Pelikan, Acceleration Techniques for Ray-Tracing, "SAH decision", "One more level".
 """
@@ -84,7 +84,7 @@ def placed(faces: np.ndarray, low: tuple, high: tuple) -> np.ndarray:
 def generate(settings: Settings) -> Scene:
     """Return the scene; its solids touch all sides of the example's box."""
     # Not above: it would bring Numba in, and make Blender start slower.
-    from ..core.structures.bvh.worked_example import DEPTH, HEIGHT, LENGTH, PLANES
+    from ..core.sah.worked_example import DEPTH, HEIGHT, LENGTH, PLANES
 
     plane_x = PLANES["X"][1]
     ball = HEIGHT - plane_x - 1.0  # its diameter: a unit of room below

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from accelscope.addon.command import main
-from accelscope.core.evaluation import view
+from accelscope.addon.command.main import main
+from accelscope.core.evaluation.pages import view
 
 CASES = Path(__file__).parent / "repro" / "cases"
 
@@ -184,7 +184,7 @@ def root(bpy: Any) -> Any:
 @pytest.fixture
 def current(bpy: Any) -> Any:
     """The session."""
-    from accelscope.addon import session
+    from accelscope.addon.results import session
 
     return session.current
 

@@ -69,7 +69,7 @@ def test_make_target_exists(command: str) -> None:
 @pytest.mark.slow
 def test_make_demo(tmp_path: Path) -> None:
     """``make demo`` less the set-up that has been done: figures and pictures of every sample."""
-    program = [sys.executable, "-m", "accelscope.addon.demo", "--output", tmp_path]
+    program = [sys.executable, "-m", "accelscope.addon.command.demo", "--output", tmp_path]
     done = subprocess.run(program, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     from accelscope.core.structures import structures

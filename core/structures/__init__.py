@@ -10,8 +10,8 @@ import functools
 import importlib
 import pkgutil
 
+from ..contract.structure import Structure
 from ..errors import InputError
-from .contract import Structure
 
 
 @functools.cache

@@ -36,14 +36,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..contract.cells import Cells
+from ..contract.statistics import Statistics
+from ..contract.steps import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
+from ..contract.structure import LOST, Found, walk
 from ..geometry.box import MISS, enter_box
 from ..kernels import call, implements, inlined, inner, kernel
 from ..parallel import for_chunks
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
-from .cells import Cells
-from .contract import LOST, Found, walk
 from .grid import Grid, GridSettings
 from .grid.broad import is_broad, walk_broad
 from .grid.dda import (
@@ -61,8 +63,6 @@ from .grid.dda import (
     wall_t,
     way_along,
 )
-from .statistics import Statistics
-from .steps import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 
 # ------------------------------------------------------------------------------------- settings
 

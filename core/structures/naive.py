@@ -10,22 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..contract.cells import Cells
+from ..contract.statistics import Statistics
+from ..contract.steps import HIT, TEST, VISIT_LEAF, note
+from ..contract.structure import Found, Structure, intersection_cost, traversal_cost, walk
 from ..geometry.box_shape import surface_area
 from ..geometry.rays import ANY
 from ..geometry.triangle import Triangles, intersect, triangles_of
 from ..kernels import implements
 from ..progress import SILENT, Progress
 from ..scene import Scene
-from .cells import Cells
-from .contract import (
-    Found,
-    Structure,
-    intersection_cost,
-    traversal_cost,
-    walk,
-)
-from .statistics import Statistics
-from .steps import HIT, TEST, VISIT_LEAF, note
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..contract.cells import Cells
+from ..contract.statistics import Statistics
+from ..contract.steps import HIT, LEAP, NONE, SKIP, TEST, VISIT_LEAF, VOLUME_TEST, note
+from ..contract.structure import Found, Structure, intersection_cost, traversal_cost, walk
 from ..geometry.box_shape import surface_area
 from ..geometry.kinds import COMBINED, KINDS
 from ..geometry.rays import ALL, ANY
@@ -30,12 +34,8 @@ from ..kernels import implements, inner
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
-from .bvh.fit import fit_all, sticking_out
-from .bvh.walk import VolumeWorkspace
-from .cells import Cells
-from .contract import Found, Structure, intersection_cost, traversal_cost, walk
-from .statistics import Statistics
-from .steps import HIT, LEAP, NONE, SKIP, TEST, VISIT_LEAF, VOLUME_TEST, note
+from .bvh.topology.fit import fit_all, sticking_out
+from .bvh.walks.binary_walk import VolumeWorkspace
 
 
 @dataclass(frozen=True)

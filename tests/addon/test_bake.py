@@ -10,12 +10,13 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from accelscope.addon import bake, selection  # noqa: E402
-from accelscope.addon.drawable import make_drawable  # noqa: E402
+from accelscope.addon.drawing import selection  # noqa: E402
+from accelscope.addon.drawing.drawable import make_drawable  # noqa: E402
+from accelscope.addon.to_blender import bake  # noqa: E402
 from accelscope.core.colours import INNER_COLOUR, depth_colours, ramp  # noqa: E402
+from accelscope.core.contract.cells import NEVER, Cells, Polygons  # noqa: E402
 from accelscope.core.errors import InputError  # noqa: E402
 from accelscope.core.geometry.box_shape import SIDES, corners_of  # noqa: E402
-from accelscope.core.structures.cells import NEVER, Cells, Polygons  # noqa: E402
 
 pytestmark = pytest.mark.bpy
 

@@ -19,15 +19,15 @@ def group(bpy: Any, root: Any) -> Any:
 
 @pytest.fixture
 def layers(bpy: Any) -> Any:
-    from accelscope.addon import overlay
+    from accelscope.addon.drawing import overlay
 
     return overlay._overlay.layers
 
 
 def make_exhibit(count: int = 3, made: list[int] | None = None, name: str = "example") -> Any:
     """Return an exhibit whose frame i has i + 1 lines; it notes which frames were made."""
+    from accelscope.core.lessons.exhibit import Exhibit, Frame
     from accelscope.core.progress import SILENT, Progress
-    from accelscope.core.structures.exhibits import Exhibit, Frame
 
     def frame(number: int, progress: Progress = SILENT) -> Frame:
         if made is not None:
@@ -106,7 +106,7 @@ def test_the_choice_outlives_the_structure(
 
 
 def test_cells_are_hidden_while_an_exhibit_is_shown(group: Any, root: Any, layers: Any) -> None:
-    from accelscope.addon import overlay
+    from accelscope.addon.drawing import overlay
 
     assert not overlay._overlay.cells_hidden
     group.show = True
@@ -136,7 +136,7 @@ def test_ray_and_exhibit_do_not_push_each_other_out(
 
 
 def test_few_frames_are_kept(group: Any, current: Any, monkeypatch: Any) -> None:
-    from accelscope.addon import showcase
+    from accelscope.addon.results import showcase
 
     monkeypatch.setattr(showcase, "MOST_KEPT", 2)
     made: list[int] = []
@@ -196,7 +196,7 @@ def test_view_exhibit_needs_a_frame(bpy: Any, group: Any) -> None:
 @pytest.mark.parametrize("perspective", ["PERSP", "ORTHO"])
 @pytest.mark.parametrize("turned", [(1.0, 0.0, 0.0, 0.0), (0.7, 0.5, 0.2, -0.4)])
 def test_the_view_shows_the_points(bpy: Any, perspective: str, turned: tuple[float, ...]) -> None:
-    from accelscope.addon.viewport import look_at, slopes_of
+    from accelscope.addon.drawing.viewport import look_at, slopes_of
     from mathutils import Quaternion, Vector
 
     area = next(area for area in bpy.context.window.screen.areas if area.type == "VIEW_3D")

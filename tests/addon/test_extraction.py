@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.cameras import window_of
+from accelscope.core.evaluation.rays.cameras import window_of
 
 CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
 
 @pytest.fixture
 def extraction(bpy: Any) -> Any:
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     return extraction
 
@@ -272,7 +272,7 @@ def test_fingerprint_tells_what_changed(bpy: Any, extraction: Any) -> None:
     bpy.ops.mesh.primitive_plane_add()
 
     def fingerprint() -> dict[str, Any]:
-        from accelscope.addon import fingerprint
+        from accelscope.addon.from_blender import fingerprint
 
         depsgraph = bpy.context.evaluated_depsgraph_get()
         parts = extraction.collect(depsgraph, extraction.VISIBLE)

@@ -164,7 +164,7 @@ def test_scripts_wait_for_the_result(jobs: Any, context: Any) -> None:
 def test_cancelled_build_leaves_the_previous_structure(
     bpy: Any, jobs: Any, context: Any, current: Any
 ) -> None:
-    from accelscope.addon import watching
+    from accelscope.addon.from_blender import watching
     from accelscope.operators.build import ACCELSCOPE_OT_build
 
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=400, y_subdivisions=400)

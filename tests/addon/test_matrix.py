@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 from accelscope import operators
+from accelscope.core.lessons import exhibits_of
 from accelscope.core.structures import structures
 from accelscope.core.structures.bvh import BVH
-from accelscope.core.structures.bvh.exhibits import exhibits_of
 
 CHOICES = {field.name: field.metadata["choices"] for field in dataclasses.fields(BVH.Settings)}
 BUILDERS, OPTIMISERS = list(CHOICES["builder"]), list(CHOICES["optimise"])
@@ -33,7 +33,7 @@ class Bench:
     """A grid that is bent by a keyframed modifier, and everything one can do with it."""
 
     def __init__(self, bpy: Any, folder: Path) -> None:
-        from accelscope.addon import session
+        from accelscope.addon.results import session
 
         self.bpy, self.folder, self.current = bpy, folder, session.current
         self.root = bpy.context.scene.accelscope

@@ -91,7 +91,7 @@ def test_the_number_of_the_ray_ends_with_the_rays(bpy: Any, traced: Any, root: A
 
 
 def test_path_ends_at_the_hit_and_shows_the_nodes(bpy: Any, traced: Any, current: Any) -> None:
-    from accelscope.core.evaluation.ray_path import Walk, segments_of
+    from accelscope.core.evaluation.pages.ray_path import Walk, segments_of
 
     structure, rays = current.built.structure, current.traced.rays
     for index in range(0, 500, 50):
@@ -115,7 +115,7 @@ def test_path_ends_at_the_hit_and_shows_the_nodes(bpy: Any, traced: Any, current
 
 @pytest.mark.parametrize("name", samples())
 def test_add_sample_scene_adds_the_scene_of_the_core(bpy: Any, name: str) -> None:
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     assert bpy.ops.accelscope.add_sample_scene(sample=name) == {"FINISHED"}
     sample = samples()[name]
@@ -245,7 +245,7 @@ def test_clear_drops_everything(bpy: Any, traced: Any, current: Any) -> None:
 
 
 def test_the_recorded_ray_event_by_event(bpy: Any, traced: Any, root: Any, current: Any) -> None:
-    from accelscope.addon import overlay
+    from accelscope.addon.drawing import overlay
 
     def drawn() -> np.ndarray:
         return overlay._overlay.layers[overlay.RAY].segments
@@ -285,7 +285,7 @@ def test_links_of_the_leaf_at_the_cursor(
     bpy: Any, monkey: Any, root: Any, current: Any, monkeypatch: Any
 ) -> None:
     """An octree whose leaves are linked to the root."""
-    from accelscope.addon import overlay
+    from accelscope.addon.drawing import overlay
     from accelscope.core.structures import structure_named
 
     def links(structure: Any, number: int) -> np.ndarray:

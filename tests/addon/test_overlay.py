@@ -16,8 +16,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 gpu = pytest.importorskip("gpu")
 
-from accelscope.addon import overlay, selection  # noqa: E402
-from accelscope.addon.drawable import make_drawable  # noqa: E402
+from accelscope.addon.drawing import overlay, selection  # noqa: E402
+from accelscope.addon.drawing.drawable import make_drawable  # noqa: E402
 from accelscope.core.colours import (  # noqa: E402
     EMPTY_TINT,
     INNER_COLOUR,
@@ -26,7 +26,7 @@ from accelscope.core.colours import (  # noqa: E402
     face_opacity,
     ramp,
 )
-from accelscope.core.structures.cells import NEVER, Cells, Polygons, rectangles  # noqa: E402
+from accelscope.core.contract.cells import NEVER, Cells, Polygons, rectangles  # noqa: E402
 from mathutils import Matrix, Vector  # noqa: E402
 
 pytestmark = pytest.mark.bpy

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.workloads import workloads
+from accelscope.core.evaluation.rays.workloads import workloads
 from accelscope.core.settings import setting
 from accelscope.core.structures import structures
 from accelscope.sample_scenes import samples
@@ -34,7 +34,7 @@ class EveryKind:
 
 @pytest.fixture
 def every_kind(bpy: Any) -> Any:
-    from accelscope.addon import generated
+    from accelscope.addon.settings import generated
 
     group = generated.group_type("every_kind", generated.properties_of(EveryKind))
     bpy.utils.register_class(group)
@@ -48,7 +48,7 @@ def every_kind(bpy: Any) -> Any:
 def test_defaults_equal_those_of_the_dataclass(
     root: Any, kind: str, name: str, settings: type
 ) -> None:
-    from accelscope.addon import generated
+    from accelscope.addon.settings import generated
 
     group = getattr(getattr(root, kind), name)
     # Equal to the last bit, although Blender keeps single precision.
@@ -101,7 +101,7 @@ def test_numbers_of_choices_survive_blenders_buttons(root: Any) -> None:
 
 
 def test_every_kind_of_field_comes_back(every_kind: Any) -> None:
-    from accelscope.addon import generated
+    from accelscope.addon.settings import generated
 
     assert generated.read(every_kind, EveryKind, "x") == EveryKind()
     every_kind.flag = False
@@ -117,7 +117,7 @@ def test_every_kind_of_field_comes_back(every_kind: Any) -> None:
 
 
 def test_limits_hold_in_blender_and_when_reading(every_kind: Any) -> None:
-    from accelscope.addon import generated
+    from accelscope.addon.settings import generated
 
     every_kind.count, every_kind.ratio, every_kind.size = -5, 99.0, (-1, 0, 1)
     settings = generated.read(every_kind, EveryKind, "x")
@@ -125,7 +125,7 @@ def test_limits_hold_in_blender_and_when_reading(every_kind: Any) -> None:
 
 
 def test_reading_checks(bpy: Any) -> None:
-    from accelscope.addon import generated
+    from accelscope.addon.settings import generated
 
     values = dataclasses.asdict(EveryKind()) | {"ratio": float("inf")}
     with pytest.raises(InputError, match="x: Ratio must be finite"):
@@ -133,7 +133,7 @@ def test_reading_checks(bpy: Any) -> None:
 
 
 def test_paths_are_relative_to_the_file(bpy: Any, root: Any, tmp_path: Path) -> None:
-    from accelscope.addon import choices
+    from accelscope.addon.settings import choices
 
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "here.blend"))
     root = bpy.context.scene.accelscope

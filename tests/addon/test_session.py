@@ -154,8 +154,8 @@ def test_file_load_drops_the_results(
 def test_changes_while_building_are_noticed(
     bpy: Any, built: Any, status: Any, current: Any
 ) -> None:
-    from accelscope.addon.outcome import Outcome
-    from accelscope.core.evaluation.experiment import build
+    from accelscope.addon.results.outcome import Outcome
+    from accelscope.core.evaluation.records.experiment import build
 
     taken = current.take(bpy.context, "visible")
     structure = current.built.structure

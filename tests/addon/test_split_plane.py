@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from accelscope.core.structures.bvh.worked_example import PRINTED
+from accelscope.core.sah.worked_example import PRINTED
 
 
 @pytest.fixture
 def layers(bpy: Any) -> Any:
-    from accelscope.addon import overlay
+    from accelscope.addon.drawing import overlay
 
     return overlay._overlay.layers
 

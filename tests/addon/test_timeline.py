@@ -22,7 +22,7 @@ def twist(bpy):
 
 
 def test_frames_come_from_the_timeline_and_it_goes_back(twist):
-    from accelscope.addon import timeline
+    from accelscope.addon.from_blender import timeline
     from accelscope.core.progress import SILENT
 
     scene = twist.context.scene
@@ -66,7 +66,7 @@ def test_comparison_over_the_timeline(twist, root, current, tmp_path):
     assert twist.context.scene.frame_current == 4
     assert current.status(twist.context).up_to_date
     assert [record["frame"] for record in current.timeline] == [3, 3, 4, 4, 5, 5, 6, 6]
-    from accelscope.core.structures.bvh.exhibits import exhibits_of
+    from accelscope.core.lessons import exhibits_of
 
     exhibits = {each.name: each for each in exhibits_of(current.built.structure)}
     assert exhibits["refit_over_timeline"].count == 4
@@ -87,7 +87,7 @@ def test_comparison_needs_a_hierarchy(twist, root):
 def test_frames_for_a_thread_are_served_one_by_one(twist):
     import threading
 
-    from accelscope.addon.timeline import Frames
+    from accelscope.addon.from_blender.timeline import Frames
     from accelscope.core.progress import SILENT
 
     frames = Frames(twist.context, "visible", range(3, 7))
@@ -105,7 +105,7 @@ def test_frames_for_a_thread_are_served_one_by_one(twist):
 
 
 def test_command_line(twist, tmp_path, capsys):
-    from accelscope.addon.command import main
+    from accelscope.addon.command.main import main
 
     path = tmp_path / "twist.blend"
     twist.ops.wm.save_as_mainfile(filepath=str(path))

@@ -26,7 +26,7 @@ FIRST_USE = """
 import sys, time
 from accelscope.core import kernels
 kernels.set_cache_root(sys.argv[1])
-from accelscope.addon.command import main
+from accelscope.addon.command.main import main
 main(["evaluate", "sample:tetra", "--quiet", "--structure", sys.argv[2],
       "--rays", "random_lines:count=1000"])
 print(time.process_time())

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 
-from accelscope.core.evaluation.workloads import RandomLinesSettings, RandomLinesWorkload
+from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structure_named
 from meshes import MESHES, meshes

@@ -27,7 +27,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from accelscope.core.evaluation.experiment import warm_up
+from accelscope.core.evaluation.records.experiment import warm_up
 from accelscope.core.scene import Scene
 from accelscope.core.settings import parse
 from accelscope.core.structures import structure_named

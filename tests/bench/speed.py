@@ -13,17 +13,17 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-from accelscope.core.evaluation.experiment import warm_up
-from accelscope.core.evaluation.workloads import (
+from accelscope.core.contract.structure import Structure
+from accelscope.core.evaluation.rays.workloads import (
     CameraSettings,
     CameraWorkload,
     RandomLinesSettings,
     RandomLinesWorkload,
 )
+from accelscope.core.evaluation.records.experiment import warm_up
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structure_named
-from accelscope.core.structures.contract import Structure
 from embree import Embreex, Open3D
 from fetched import MISSING
 from meshes import meshes

@@ -11,12 +11,12 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from accelscope.core.evaluation.experiment import warm_up
+from accelscope.core.contract.structure import Structure
+from accelscope.core.evaluation.records.experiment import warm_up
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.scene import Scene
 from accelscope.core.settings import parse, parse_spec
 from accelscope.core.structures import structure_named, structures
-from accelscope.core.structures.contract import Structure
 from meshes import meshes
 from speed import RAYS, batches_of
 from timing import in_turn, ratios, spread, timed

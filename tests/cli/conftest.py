@@ -1,7 +1,7 @@
 """Kernels compiled before the first call."""
 
 import pytest
-from accelscope.core.evaluation.experiment import warm_up
+from accelscope.core.evaluation.records.experiment import warm_up
 from accelscope.core.structures import structures
 
 

@@ -10,10 +10,10 @@ import zlib
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation import view
+from accelscope.core.contract.steps import COUNTER_NAMES
+from accelscope.core.evaluation.pages import view
 from accelscope.core.settings import describe
 from accelscope.core.structures import structures
-from accelscope.core.structures.steps import COUNTER_NAMES
 
 TETRA = "sample:tetra:depth=3"
 CAMERA = "camera:width=20,height=14"
@@ -379,7 +379,7 @@ def test_names_of_files_are_safe_on_the_page(run, obj, tmp_path):
 
 
 def test_without_a_scene_the_open_file_is_taken(capsys):
-    from accelscope.addon.command import main
+    from accelscope.addon.command.main import main
     from accelscope.sample_scenes import make_sample
 
     code = main(

@@ -8,7 +8,7 @@ from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.kernels import call
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene import Scene
-from accelscope.core.structures.bvh import agglomerative
+from accelscope.core.structures.bvh.builders.bottom_up import agglomerative
 from accelscope.sample_scenes import make_sample
 
 

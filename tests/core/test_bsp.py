@@ -6,21 +6,15 @@ import itertools
 
 import numpy as np
 import pytest
+from accelscope.core.contract.steps import HIT, POSTPONE, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.workloads import random_lines
+from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.progress import Cancelled, Progress
 from accelscope.core.scene import Scene
 from accelscope.core.structures import bsp, structures
 from accelscope.core.structures.bsp.planes import directions_of
-from accelscope.core.structures.steps import (
-    HIT,
-    POSTPONE,
-    VISIT_EMPTY,
-    VISIT_INNER,
-    VISIT_LEAF,
-)
 from accelscope.sample_scenes import make_sample
 
 TREES = ("planes=autopartition", "planes=sah", "planes=fixed", "planes=fixed,directions=13")

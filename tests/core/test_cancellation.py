@@ -8,8 +8,8 @@ import threading
 import numpy as np
 import pytest
 from accelscope.core import parallel
-from accelscope.core.evaluation import experiment
-from accelscope.core.evaluation.workloads import random_lines, workloads
+from accelscope.core.evaluation.rays.workloads import random_lines, workloads
+from accelscope.core.evaluation.records import experiment
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.progress import Cancelled, Progress
 from accelscope.core.scene import Scene

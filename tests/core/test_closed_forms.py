@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.workloads import random_lines
+from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.rays import ALL, Rays

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation import pictures
-from accelscope.core.evaluation.exhibit_pictures import ExhibitPainter, frames_to_show
-from accelscope.core.evaluation.experiment import Built, make_record, trace
-from accelscope.core.evaluation.pictures import Gallery
-from accelscope.core.evaluation.view import BACKGROUND
-from accelscope.core.evaluation.workloads import workload_named
+from accelscope.core.evaluation.pages import pictures
+from accelscope.core.evaluation.pages.exhibit_pictures import ExhibitPainter, frames_to_show
+from accelscope.core.evaluation.pages.pictures import Gallery
+from accelscope.core.evaluation.pages.view import BACKGROUND
+from accelscope.core.evaluation.rays.workloads import workload_named
+from accelscope.core.evaluation.records.experiment import Built, make_record, trace
 from accelscope.core.geometry.box_shape import surface_area
+from accelscope.core.lessons import exhibits_of
+from accelscope.core.lessons.exhibit import MOST_SEGMENTS, Exhibit, Frame
 from accelscope.core.structures import structures
 from accelscope.core.structures.bvh import BVH
-from accelscope.core.structures.bvh.exhibits import exhibits_of
-from accelscope.core.structures.exhibits import MOST_SEGMENTS, Exhibit, Frame
 
 SMALL_SCENES = "suzanne", "one", "mess", "flat"
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from accelscope.core.lessons import exhibits_of
 from accelscope.core.scene import Scene
-from accelscope.core.structures.bvh.efficiency import hierarchy_efficiency
-from accelscope.core.structures.bvh.exhibits import exhibits_of
-from accelscope.core.structures.bvh.overlap import sibling_overlap
+from accelscope.core.structures.bvh.figures.efficiency import hierarchy_efficiency
+from accelscope.core.structures.bvh.figures.overlap import sibling_overlap
 
 
 def one_by_one(areas, first, size, width, C_trav, C_isect):

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.experiment import Built, make_record, trace
-from accelscope.core.evaluation.pictures import Gallery
-from accelscope.core.evaluation.workloads import RandomLinesSettings, RandomLinesWorkload
+from accelscope.core.evaluation.pages.pictures import Gallery
+from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
+from accelscope.core.evaluation.records.experiment import Built, make_record, trace
 from accelscope.core.geometry.rays import ANY, CLOSEST, Rays
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structures

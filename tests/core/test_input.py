@@ -256,8 +256,9 @@ def announced(monkeypatch, work):
     def note(needed, what, advice):
         asked.append(needed)
 
-    from accelscope.core.evaluation import workloads
-    from accelscope.core.structures import contract, grid
+    from accelscope.core.contract import structure as contract
+    from accelscope.core.evaluation.rays import workloads
+    from accelscope.core.structures import grid
 
     for module in (workloads, contract, grid):
         monkeypatch.setattr(module, "refuse_if_too_large", note)
@@ -290,7 +291,7 @@ def test_what_a_bvh_announces_is_what_it_takes(monkeypatch):
 
 @pytest.mark.parametrize("name", ["camera", "random_lines"])
 def test_what_rays_announce_is_what_they_take(monkeypatch, name):
-    from accelscope.core.evaluation.workloads import workloads
+    from accelscope.core.evaluation.rays.workloads import workloads
 
     scene = Scene.from_triangles(np.concatenate([TRIANGLE, TRIANGLE + 1]), "two")
     workload = workloads()[name]

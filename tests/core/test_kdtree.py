@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.workloads import random_lines
+from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.rays import ALL, ANY, Rays
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene import Scene

@@ -12,7 +12,7 @@ TRACE = """
 import dataclasses, json, sys
 import numpy as np
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST
-from accelscope.core.evaluation.workloads import random_lines
+from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.structures import structures
 from accelscope.core import kernels
@@ -80,7 +80,7 @@ def test_plain_python_gives_the_same_bits(expected):
 
 
 def test_the_command_works_without_numba():
-    main = "from accelscope.addon.command import main; sys.exit(main(sys.argv[1:]))"
+    main = "from accelscope.addon.command.main import main; sys.exit(main(sys.argv[1:]))"
     done = subprocess.run(
         [sys.executable, "-c", NO_NUMBA + main, "list"],
         capture_output=True, text=True, timeout=60, check=False,
@@ -120,7 +120,7 @@ print(result, sum(toy.sum_of_squares.stats.cache_hits.values()), *Listening.said
 REAL = """
 from accelscope.core import kernels
 kernels.set_cache_root(ROOT)
-from accelscope.addon.command import main
+from accelscope.addon.command.main import main
 raise SystemExit(main(["evaluate", "sample:tetra:depth=2", "--structure", "bvh",
                        "--rays", "camera:width=8,height=8", "--quiet"]))
 """
@@ -224,8 +224,8 @@ def test_the_cache_forgets_old_versions_only(toy, warm_cache):
 
 
 def test_an_inner_kernel_is_not_called_from_python():
+    from accelscope.core.contract.steps import make_log, note
     from accelscope.core.kernels import call, has_numba
-    from accelscope.core.structures.steps import make_log, note
 
     assert has_numba()
     with pytest.raises(TypeError, match="note is an inner kernel"):

@@ -4,12 +4,12 @@ import itertools
 
 import numpy as np
 import pytest
+from accelscope.core.contract.steps import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST
 from accelscope.core.errors import InputError
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.progress import SILENT
 from accelscope.core.scene import Scene
 from accelscope.core.structures.macro_grid import FARTHEST, OCTANTS, measure_distances
-from accelscope.core.structures.steps import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST
 
 RESOLUTIONS = ["", "16x16x16", "1x1x60", "40x3x17"]
 SCENES = ["suzanne", "tetra", "soup", "teapot_in_stadium", "cubes", "mess"]

@@ -12,16 +12,16 @@ import json
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.animation import animate
-from accelscope.core.evaluation.experiment import Built, Traced, make_record, trace_rays
-from accelscope.core.evaluation.pictures import Gallery
-from accelscope.core.evaluation.report import flatten, write_csv, write_json
-from accelscope.core.evaluation.workloads import RandomLinesSettings, RandomLinesWorkload
+from accelscope.core.evaluation.pages.pictures import Gallery
+from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
+from accelscope.core.evaluation.records.animation import animate
+from accelscope.core.evaluation.records.experiment import Built, Traced, make_record, trace_rays
+from accelscope.core.evaluation.records.report import flatten, write_csv, write_json
 from accelscope.core.geometry.rays import CLOSEST
+from accelscope.core.lessons import exhibits_left_out, exhibits_of
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
-from accelscope.core.structures.bvh.exhibits import exhibits_left_out, exhibits_of
-from accelscope.core.structures.bvh.refit import refit
+from accelscope.core.structures.bvh.topology.refit import refit
 from accelscope.sample_scenes import make_sample
 
 CHOICES = {

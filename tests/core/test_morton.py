@@ -6,15 +6,17 @@ import threading
 
 import numpy as np
 import pytest
+from accelscope.core.contract.structure import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene import Scene
-from accelscope.core.structures.bvh import BVHSettings, hlbvh, lbvh, lbvh_parallel, morton
-from accelscope.core.structures.bvh import radix_sort as radix
+from accelscope.core.structures.bvh import BVHSettings
 from accelscope.core.structures.bvh.builders import BUILDERS
-from accelscope.core.structures.bvh.tree import Primitives, ranges_of
-from accelscope.core.structures.contract import MAXIMUM_DEPTH
+from accelscope.core.structures.bvh.builders.morton import codes as morton
+from accelscope.core.structures.bvh.builders.morton import hlbvh, lbvh, lbvh_parallel
+from accelscope.core.structures.bvh.builders.morton import radix_sort as radix
+from accelscope.core.structures.bvh.topology.tree import Primitives, ranges_of
 from accelscope.sample_scenes import make_sample
 
 FAMILY = ("lbvh", "lbvh_parallel", "hlbvh", "ploc")

@@ -6,9 +6,9 @@ import json
 
 import numpy as np
 import pytest
-from accelscope.addon.command import main
+from accelscope.addon.command.main import main
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.workloads import random_lines
+from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.rays import ALL, Rays

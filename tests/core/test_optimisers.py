@@ -11,18 +11,18 @@ from accelscope.core import parallel
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.kernels import call
+from accelscope.core.lessons import rearranging as exhibits_rearranging
+from accelscope.core.lessons.exhibit import MOST_SEGMENTS
 from accelscope.core.progress import SILENT, Cancelled, Progress
-from accelscope.core.structures.bvh import binned_sah, rearranging
-from accelscope.core.structures.bvh import reinsert as one_by_one
-from accelscope.core.structures.bvh import reinsert_batches as in_batches
-from accelscope.core.structures.bvh import reinsert_parallel as at_once
-from accelscope.core.structures.bvh import rotate as rotations
-from accelscope.core.structures.bvh.collapse import LeafRule, collapse
-from accelscope.core.structures.bvh.exhibits import rearranging as exhibits_rearranging
-from accelscope.core.structures.bvh.optimisers import OPTIMISERS
+from accelscope.core.structures.bvh.builders.top_down import binned_sah
+from accelscope.core.structures.bvh.optimisers import OPTIMISERS, rearranging
+from accelscope.core.structures.bvh.optimisers import reinsert as one_by_one
+from accelscope.core.structures.bvh.optimisers import reinsert_batches as in_batches
+from accelscope.core.structures.bvh.optimisers import reinsert_parallel as at_once
+from accelscope.core.structures.bvh.optimisers import rotate as rotations
 from accelscope.core.structures.bvh.settings import BVHSettings
-from accelscope.core.structures.bvh.tree import LinkedTree, Primitives, linked
-from accelscope.core.structures.exhibits import MOST_SEGMENTS
+from accelscope.core.structures.bvh.topology.collapse import LeafRule, collapse
+from accelscope.core.structures.bvh.topology.tree import LinkedTree, Primitives, linked
 from accelscope.sample_scenes import make_sample
 
 NAMES = [name for name in OPTIMISERS if name != "none"]

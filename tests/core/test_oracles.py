@@ -95,8 +95,8 @@ def edge_distance(corners, points):
 @pytest.mark.parametrize("sample", samples())
 def test_embree_differs_only_by_its_single_precision(build, sample):
     pytest.importorskip("embreex")
-    from accelscope.core.evaluation.workloads import random_lines
-    from accelscope.core.reference import Embree
+    from accelscope.core.evaluation.embree import Embree
+    from accelscope.core.evaluation.rays.workloads import random_lines
 
     # Both get the very same numbers: what single precision can hold.
     original = make_sample(sample)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from accelscope.core.contract.cells import Cells, Polygons
+from accelscope.core.contract.outlines import faces_of, outlines_of, triangles_of, wires_of
 from accelscope.core.geometry.box_shape import SIDES, corners_of, surface_area
 from accelscope.core.geometry.marks import arrows, stars
-from accelscope.core.outlines import faces_of, outlines_of, triangles_of, wires_of
-from accelscope.core.structures.cells import Cells, Polygons
 
 
 def polygons(lists, owners):

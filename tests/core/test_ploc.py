@@ -8,8 +8,8 @@ from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT
 from accelscope.core.scene import Scene
-from accelscope.core.structures.bvh import agglomerative, ploc
-from accelscope.core.structures.bvh.tree import leaves_only
+from accelscope.core.structures.bvh.builders.bottom_up import agglomerative, ploc
+from accelscope.core.structures.bvh.topology.tree import leaves_only
 from accelscope.sample_scenes import make_sample
 
 

@@ -6,7 +6,16 @@ import dataclasses
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.ray_path import (
+from accelscope.core.contract.steps import (
+    HIT,
+    KIND_NAMES,
+    POSTPONE,
+    TEST,
+    VISIT_EMPTY,
+    VISIT_INNER,
+    VISIT_LEAF,
+)
+from accelscope.core.evaluation.pages.ray_path import (
     ON_DARK,
     Walk,
     event_text,
@@ -17,15 +26,6 @@ from accelscope.core.evaluation.ray_path import (
 )
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.structures import structure_named
-from accelscope.core.structures.steps import (
-    HIT,
-    KIND_NAMES,
-    POSTPONE,
-    TEST,
-    VISIT_EMPTY,
-    VISIT_INNER,
-    VISIT_LEAF,
-)
 from accelscope.sample_scenes import make_sample
 
 RAYS = 40

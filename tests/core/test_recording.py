@@ -4,8 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.rays import ALL, ANY, CLOSEST
-from accelscope.core.structures.steps import (
+from accelscope.core.contract.steps import (
     HIT,
     MAILBOX,
     POSTPONE,
@@ -14,6 +13,7 @@ from accelscope.core.structures.steps import (
     VISIT_INNER,
     VISIT_LEAF,
 )
+from accelscope.core.geometry.rays import ALL, ANY, CLOSEST
 
 QUERIES = {"closest": CLOSEST, "any": ANY, "all": ALL}
 

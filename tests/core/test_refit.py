@@ -6,14 +6,14 @@ import re
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.animation import animate, growth, table
-from accelscope.core.evaluation.animation_page import write_page
-from accelscope.core.evaluation.workloads import RandomLinesSettings, RandomLinesWorkload
+from accelscope.core.evaluation.pages.animation_page import write_page
+from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
+from accelscope.core.evaluation.records.animation import animate, growth, table
 from accelscope.core.geometry.kinds import KINDS
+from accelscope.core.lessons import exhibits_of
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
-from accelscope.core.structures.bvh.exhibits import exhibits_of
-from accelscope.core.structures.bvh.refit import refit
+from accelscope.core.structures.bvh.topology.refit import refit
 
 LINES = RandomLinesSettings(count=300)
 

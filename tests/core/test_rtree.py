@@ -7,8 +7,8 @@ import pytest
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.progress import SILENT, Cancelled, Progress
-from accelscope.core.structures.bvh import rtree_insert, rtree_str
-from accelscope.core.structures.bvh.rtree import LEAST, MOST, binary
+from accelscope.core.structures.bvh.builders.rtree import rtree_insert, rtree_str
+from accelscope.core.structures.bvh.builders.rtree.nodes import LEAST, MOST, binary
 from accelscope.sample_scenes import make_sample
 
 MAKERS = {

@@ -9,12 +9,12 @@ import pytest
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.kernels import kernel
+from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import SILENT
-from accelscope.core.structures.bvh import BVHSettings, binned_sah, sbvh
-from accelscope.core.structures.bvh.chop import BOTH, LEFT, RIGHT, References, chop
-from accelscope.core.structures.bvh.exhibits import exhibits_of
-from accelscope.core.structures.bvh.pieces import pieces_of
-from accelscope.core.structures.bvh.spatial_split import (
+from accelscope.core.structures.bvh import BVHSettings
+from accelscope.core.structures.bvh.builders.spatial import sbvh
+from accelscope.core.structures.bvh.builders.spatial.chop import BOTH, LEFT, RIGHT, References, chop
+from accelscope.core.structures.bvh.builders.spatial.spatial_split import (
     OBJECT,
     SIDES,
     SPATIAL,
@@ -23,8 +23,10 @@ from accelscope.core.structures.bvh.spatial_split import (
     overlap_of,
     side_of,
 )
-from accelscope.core.structures.bvh.top_down import enclose_boxes, limits_of
-from accelscope.core.structures.bvh.tree import Primitives
+from accelscope.core.structures.bvh.builders.top_down import binned_sah
+from accelscope.core.structures.bvh.builders.top_down.recursion import enclose_boxes, limits_of
+from accelscope.core.structures.bvh.topology.pieces import pieces_of
+from accelscope.core.structures.bvh.topology.tree import Primitives
 from accelscope.sample_scenes import make_sample
 
 # Inner kernels can be called by kernels only.
@@ -366,8 +368,8 @@ def test_damage_is_found(build):
 
 @pytest.mark.parametrize("settings", ["", "optimise=rotate", "duplication=1.1"])
 def test_the_exhibit_counts_what_it_shows(build, settings):
+    from accelscope.core.lessons.exhibit import MOST_SEGMENTS
     from accelscope.core.scene import Scene
-    from accelscope.core.structures.exhibits import MOST_SEGMENTS
 
     scene = Scene.from_triangles(thicket(), "thicket")
     structure = build("bvh", scene, f"builder=sbvh,{settings}".rstrip(","))

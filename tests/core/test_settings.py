@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.workloads import workload_named, workloads
+from accelscope.core.evaluation.rays.workloads import workload_named, workloads
 from accelscope.core.settings import (
     GIVEN,
     OPEN,

@@ -12,7 +12,7 @@ import itertools
 import json
 
 import pytest
-from accelscope.core.evaluation.workloads import random_lines
+from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.rays import ALL, CLOSEST, Rays
 from accelscope.core.settings import GIVEN, OPEN, has_effect, key_of
 from accelscope.core.structures import structures

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.ray_path import event_text
+from accelscope.core.contract.steps import HIT, LEAP, SKIP, VISIT_LEAF, VOLUME_TEST
+from accelscope.core.evaluation.pages.ray_path import event_text
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.scene import Scene
-from accelscope.core.structures.steps import HIT, LEAP, SKIP, VISIT_LEAF, VOLUME_TEST
 
 
 def squares(heights, size=1.0):

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
-from accelscope.core.structures.bvh.exhibits.split_plane import split_planes
-from accelscope.core.structures.bvh.split_plane import (
+from accelscope.core.lessons.split_plane import split_planes
+from accelscope.core.sah.split_plane import (
     evaluate_plane,
     evaluate_planes,
     halves_of,
     sort_along,
     tight_costs,
 )
-from accelscope.core.structures.bvh.worked_example import PRINTED, cases_of, is_worked_example
+from accelscope.core.sah.worked_example import PRINTED, cases_of, is_worked_example
 from accelscope.sample_scenes import make_sample
 
 # The slides: N_L, N_R, p_L, p_R, and what the printed p give.

@@ -6,20 +6,21 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from accelscope.core.contract.structure import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.kernels import call
+from accelscope.core.lessons import exhibits_of
+from accelscope.core.lessons.drawing import RED
 from accelscope.core.progress import SILENT, Cancelled, Progress
+from accelscope.core.sah.split_curve import RULES, split_curve
 from accelscope.core.scene import Scene
-from accelscope.core.structures.bvh import BVHSettings, object_median, parallel_sah, sweep_sah
+from accelscope.core.structures.bvh import BVHSettings
 from accelscope.core.structures.bvh.builders import BUILDERS
-from accelscope.core.structures.bvh.exhibits import exhibits_of
-from accelscope.core.structures.bvh.parallel_split import reduction_step, rules
-from accelscope.core.structures.bvh.split_curve import RULES, split_curve
-from accelscope.core.structures.bvh.top_down import room_for
-from accelscope.core.structures.bvh.tree import Primitives, depths_of, ranges_of
-from accelscope.core.structures.contract import MAXIMUM_DEPTH
-from accelscope.core.structures.drawing import RED
+from accelscope.core.structures.bvh.builders.top_down import object_median, parallel_sah, sweep_sah
+from accelscope.core.structures.bvh.builders.top_down.parallel_split import reduction_step, rules
+from accelscope.core.structures.bvh.builders.top_down.recursion import room_for
+from accelscope.core.structures.bvh.topology.tree import Primitives, depths_of, ranges_of
 from accelscope.sample_scenes import make_sample
 
 MEDIANS = ["spatial_median", "object_median"]

@@ -4,20 +4,20 @@ import dataclasses
 
 import numpy as np
 import pytest
+from accelscope.core.contract.structure import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh import BVHSettings
 from accelscope.core.structures.bvh.builders import BUILDERS
-from accelscope.core.structures.bvh.collapse import LeafRule, collapse
-from accelscope.core.structures.bvh.tree import (
+from accelscope.core.structures.bvh.topology.collapse import LeafRule, collapse
+from accelscope.core.structures.bvh.topology.tree import (
     LinkedTree,
     Primitives,
     depths_of,
     linked,
     ranges_of,
 )
-from accelscope.core.structures.contract import MAXIMUM_DEPTH
 from accelscope.sample_scenes import make_sample
 
 RULE = LeafRule(4, 1.2, 1.0)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation import view as view_module
-from accelscope.core.evaluation.cameras import camera_axes
-from accelscope.core.evaluation.picture_cameras import HEIGHT, MARGIN, WIDTH, camera_around
-from accelscope.core.evaluation.view import View
+from accelscope.core.evaluation.pages import view as view_module
+from accelscope.core.evaluation.pages.picture_cameras import HEIGHT, MARGIN, WIDTH, camera_around
+from accelscope.core.evaluation.pages.view import View
+from accelscope.core.evaluation.rays.cameras import camera_axes
 from accelscope.core.scene import Camera, Scene
 
 WALL = np.array([[[-9, 0, -9], [0, 0, -9], [0, 0, 9]], [[-9, 0, -9], [0, 0, 9], [-9, 0, 9]]], float)

@@ -2,26 +2,26 @@
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.efficiency import (
+from accelscope.core.evaluation.records.efficiency import (
     EfficiencySettings,
     Measurement,
     table,
     verdict,
 )
-from accelscope.core.evaluation.timing import time_of_object, time_of_volume
+from accelscope.core.evaluation.records.timing import time_of_object, time_of_volume
 from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.geometry.triangle import triangles_of
+from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import SILENT
-from accelscope.core.scene import Scene
-from accelscope.core.structures.bvh.exhibits import exhibits_of
-from accelscope.core.structures.bvh.fit import fit_all
-from accelscope.core.structures.line_sample import (
+from accelscope.core.sah.line_sample import (
     Ball,
     chords,
     parallel_lines_through,
     random_lines_through,
     sample_of,
 )
+from accelscope.core.scene import Scene
+from accelscope.core.structures.bvh.topology.fit import fit_all
 
 SETTINGS = EfficiencySettings(lines=20_000)
 

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.workloads import random_lines
+from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry import half_spaces
 from accelscope.core.geometry.box import Boxes
 from accelscope.core.geometry.box_shape import surface_area
@@ -22,12 +22,12 @@ from accelscope.core.geometry.kinds import COMBINED, KINDS
 from accelscope.core.geometry.obb import OBBs
 from accelscope.core.geometry.rays import ALL, Rays
 from accelscope.core.geometry.sphere import Spheres
+from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import SILENT
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structures
 from accelscope.core.structures.bvh import hierarchy
-from accelscope.core.structures.bvh.exhibits import exhibits_of
-from accelscope.core.structures.bvh.fit import fit_all, sticking_out
+from accelscope.core.structures.bvh.topology.fit import fit_all, sticking_out
 
 EPS = np.finfo(np.float64).eps
 
@@ -465,7 +465,7 @@ def test_damage_to_volumes_is_found(lab, build, kind):
 
 
 def test_cells_have_the_shape_of_volumes_up_to_a_number(lab, build, monkeypatch):
-    from accelscope.core.outlines import faces_of, wires_of
+    from accelscope.core.contract.outlines import faces_of, wires_of
 
     monkeypatch.setattr(hierarchy, "MOST_SHAPES", 20)
     tree = build("bvh", lab.small_scene("soup"), "volume=kdop14")

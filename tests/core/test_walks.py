@@ -6,16 +6,10 @@ import itertools
 
 import numpy as np
 import pytest
+from accelscope.core.contract.steps import HIT, POSTPONE, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.kernels import has_numba, kernel
 from accelscope.core.structures import structures
-from accelscope.core.structures.steps import (
-    HIT,
-    POSTPONE,
-    VISIT_EMPTY,
-    VISIT_INNER,
-    VISIT_LEAF,
-)
 from accelscope.core.structures.subdivision.frontier import (
     DEPTH_FIRST,
     FIFO,

@@ -4,12 +4,12 @@ import functools
 
 import numpy as np
 import pytest
+from accelscope.core.contract.structure import MAXIMUM_DEPTH
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.rays import ALL
-from accelscope.core.structures.bvh.tree import Tree, depths_of, ranges_of
-from accelscope.core.structures.bvh.wide import widened
-from accelscope.core.structures.bvh.wide_walk import WIDE_STACK_SIZE
-from accelscope.core.structures.contract import MAXIMUM_DEPTH
+from accelscope.core.structures.bvh.topology.tree import Tree, depths_of, ranges_of
+from accelscope.core.structures.bvh.topology.wide import widened
+from accelscope.core.structures.bvh.walks.wide_walk import WIDE_STACK_SIZE
 from accelscope.sample_scenes import make_sample
 
 ARITIES = (2, 3, 4, 8)
@@ -150,7 +150,7 @@ def test_quality_and_steps_beside_the_binary_tree(lab, build, sample):
 
 def test_expected_volume_tests_are_those_of_random_lines(build):
     """Within four standard errors: lines through the root's box, which never stop."""
-    from accelscope.core.evaluation.workloads import random_lines
+    from accelscope.core.evaluation.rays.workloads import random_lines
     from accelscope.core.geometry.rays import Rays
 
     scene = make_sample("suzanne:subdivisions=0")

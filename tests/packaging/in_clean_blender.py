@@ -62,7 +62,7 @@ def main() -> None:
         leftovers += sorted(registered() ^ before ^ added)
     report["leftovers"] = leftovers
 
-    report["exit_code"] = importlib.import_module(f"{MODULE}.addon.command").main(arguments)
+    report["exit_code"] = importlib.import_module(f"{MODULE}.addon.command.main").main(arguments)
     folder = Path(sys.modules[MODULE].__file__ or "").parent
     report["folder"] = str(folder)
     report["compiled_beside_the_code"] = [str(path) for path in folder.rglob("*.nb[ci]")]

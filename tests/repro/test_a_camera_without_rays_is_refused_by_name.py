@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.picture_cameras import picture_camera
-from accelscope.core.evaluation.workloads import (
+from accelscope.core.evaluation.pages.picture_cameras import picture_camera
+from accelscope.core.evaluation.rays.workloads import (
     CameraSettings,
     CameraWorkload,
     RandomLinesSettings,
@@ -15,7 +15,7 @@ from accelscope.core.evaluation.workloads import (
 @pytest.fixture
 def scene_with(bpy):
     """Return the scene that Blender has, with its camera of some kind."""
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     bpy.ops.mesh.primitive_cube_add()
 

@@ -13,7 +13,7 @@ def shown(bpy: Any, root: Any, current: Any, monkeypatch: pytest.MonkeyPatch) ->
     bpy.ops.mesh.primitive_monkey_add()
     bpy.ops.accelscope.build()
     with monkeypatch.context() as patch:
-        patch.setattr("accelscope.addon.session.make_frame_soon", lambda scene: None)
+        patch.setattr("accelscope.addon.results.session.make_frame_soon", lambda scene: None)
         root.exhibits.show = root.split_plane.show = True
     assert current.split_view.axes == {}
     return root
@@ -26,7 +26,8 @@ def fail(*_: Any) -> None:
 def test_an_exception_of_the_exhibit(
     bpy: Any, shown: Any, current: Any, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    from accelscope.addon import jobs, overlay
+    from accelscope.addon import jobs
+    from accelscope.addon.drawing import overlay
 
     monkeypatch.setattr(type(current.showcase), "make", fail)
     with pytest.raises(RuntimeError, match="ZeroDivisionError: a fault"):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.experiment import build
+from accelscope.core.evaluation.records.experiment import build
 from accelscope.core.scene import Scene
 from accelscope.core.structures import grid, structures
 

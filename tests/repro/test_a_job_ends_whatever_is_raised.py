@@ -69,7 +69,7 @@ def run(operator: Any, context: Any, seconds: float = 60.0) -> set[str]:
 @pytest.fixture
 def is_clean(bpy: Any, jobs: Any, manager: SimpleNamespace, current: Any, operator: Any) -> Any:
     """Check that everything is as it was before the job."""
-    from accelscope.addon import watching
+    from accelscope.addon.from_blender import watching
 
     before = current.built, current.cells, current.record, current.snapshot
 
@@ -109,15 +109,16 @@ def test_without_a_fault(operator: Any, jobs: Any, context: Any, manager: Any) -
 @pytest.mark.parametrize(
     "place",
     [
-        "accelscope.addon.extraction.collect",  # in prepare, and then in a tick
-        "accelscope.addon.timeline.Look.at",
-        "accelscope.addon.timeline.Frames.serve",
-        "accelscope.core.evaluation.animation.animate",
-        "accelscope.core.evaluation.animation.build",  # in the thread, while it waits for frames
-        "accelscope.core.evaluation.animation.growth",
-        "accelscope.addon.outcome.Outcome.of",
-        "accelscope.addon.session.SplitView",
-        "accelscope.addon.overlay.set_cells",
+        "accelscope.addon.from_blender.extraction.collect",  # in prepare, and then in a tick
+        "accelscope.addon.from_blender.timeline.Look.at",
+        "accelscope.addon.from_blender.timeline.Frames.serve",
+        "accelscope.core.evaluation.records.animation.animate",
+        # In the thread, while it waits for frames.
+        "accelscope.core.evaluation.records.animation.build",
+        "accelscope.core.evaluation.records.animation.growth",
+        "accelscope.addon.results.outcome.Outcome.of",
+        "accelscope.addon.results.session.SplitView",
+        "accelscope.addon.drawing.overlay.set_cells",
     ],
 )
 def test_a_fault_in(
@@ -139,7 +140,7 @@ def test_a_fault_in(
 def test_a_fault_in_the_third_frame(
     operator: Any, context: Any, is_clean: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     real, calls = extraction.collect, []
 
@@ -177,9 +178,9 @@ def test_a_fault_while_cleaning_up(
     operator: Any, context: Any, jobs: Any, end: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("accelscope.addon.timeline.Frames.restore", fail)
+        patch.setattr("accelscope.addon.from_blender.timeline.Frames.restore", fail)
         if end == "error":
-            patch.setattr("accelscope.core.evaluation.animation.animate", fail)
+            patch.setattr("accelscope.core.evaluation.records.animation.animate", fail)
             assert run(operator, context) == {"CANCELLED"}
             check_report(operator)
         else:
@@ -199,7 +200,7 @@ def test_no_memory(
         raise MemoryError
 
     with monkeypatch.context() as patch:
-        patch.setattr("accelscope.core.evaluation.animation.animate", no_memory)
+        patch.setattr("accelscope.core.evaluation.records.animation.animate", no_memory)
         assert run(operator, context) == {"CANCELLED"}
     check_report(operator, "out of memory; use a smaller scene")
     is_clean()

@@ -1,7 +1,7 @@
 """Numbers of the panel have spaces between thousands: no line ends at one of them."""
 
 import pytest
-from accelscope.addon.wording import in_lines
+from accelscope.addon.results.wording import in_lines
 
 CAPTION = "16 nodes; grey: 8 065 leaves above; drawn: 1 666 volumes"
 

@@ -16,7 +16,7 @@ SMALL = "evaluate sample:tetra:depth=1 --structure naive --rays random_lines:cou
 
 NOISY = """
 import ctypes, os, sys
-from accelscope.addon.command import main
+from accelscope.addon.command.main import main
 from accelscope.core.evaluation import experiment
 build = experiment.build
 def noisy_build(*arguments):

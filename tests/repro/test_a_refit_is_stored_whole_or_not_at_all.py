@@ -26,7 +26,7 @@ def test_refit(bpy: Any, cube: Any, root: Any, current: Any, builder: str, optim
     boxes = structure.cells().boxes
     assert current.cells.boxes.tobytes() == boxes.tobytes()
     assert boxes[0, 5] == pytest.approx(2.0, abs=1e-5)
-    from accelscope.core.structures.bvh.exhibits import exhibits_of
+    from accelscope.core.lessons import exhibits_of
 
     names = [exhibit.name for exhibit in exhibits_of(structure)]
     assert [exhibit.name for exhibit in current.showcase.exhibits] == names
@@ -38,7 +38,7 @@ def test_refit(bpy: Any, cube: Any, root: Any, current: Any, builder: str, optim
         "accelscope.core.structures.bvh.hierarchy.BVH.cells",
         "accelscope.core.structures.bvh.hierarchy.BVH.statistics",
         "accelscope.core.structures.bvh.hierarchy.BVH.exhibits",
-        "accelscope.addon.overlay.set_cells",
+        "accelscope.addon.drawing.overlay.set_cells",
     ],
 )
 def test_what_fails_leaves_everything_as_it_was(
@@ -47,7 +47,7 @@ def test_what_fails_leaves_everything_as_it_was(
     def fail(*_: Any) -> None:
         raise KeyError("clusters")
 
-    from accelscope.addon import overlay
+    from accelscope.addon.drawing import overlay
 
     bpy.ops.accelscope.build()
     before = dict(vars(current)), overlay._overlay.drawn

@@ -13,8 +13,8 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from accelscope.addon import command_output
-from accelscope.core.evaluation import experiment
+from accelscope.addon.command import output as command_output
+from accelscope.core.evaluation.records import experiment
 
 TETRA = "sample:tetra:depth=1"
 SMALL = ("--rays", "camera:width=4,height=3", "--quiet")

@@ -5,8 +5,8 @@ A hang cannot be stopped in Blender: the thread that hangs is inside a kernel.
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.workloads import RandomLinesSettings, RandomLinesWorkload
-from accelscope.core.structures.contract import LOST, NOWHERE
+from accelscope.core.contract.structure import LOST, NOWHERE
+from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
 from accelscope.sample_scenes import make_sample
 
 

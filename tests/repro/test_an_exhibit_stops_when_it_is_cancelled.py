@@ -10,10 +10,10 @@ import itertools
 
 import pytest
 from accelscope.core.geometry.half_spaces import AT_ONCE
+from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import Cancelled, Progress
 from accelscope.core.settings import parse, parse_spec
 from accelscope.core.structures import structure_named
-from accelscope.core.structures.bvh.exhibits import exhibits_of
 from accelscope.core.structures.bvh.hierarchy import MOST_SHAPES
 from accelscope.sample_scenes import make_sample
 

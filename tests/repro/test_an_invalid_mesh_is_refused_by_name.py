@@ -46,7 +46,7 @@ FAULTS = [
 
 @pytest.mark.parametrize(("corners", "starts", "fault"), FAULTS)
 def test_every_fault_of_the_arrays_is_found(bpy, corners, starts, fault):
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     bpy.context.collection.objects.link(broken_mesh(bpy, corners, starts))
     with pytest.raises(InputError, match="the mesh of Wrong is invalid") as caught:
@@ -55,7 +55,7 @@ def test_every_fault_of_the_arrays_is_found(bpy, corners, starts, fault):
 
 
 def test_every_vertex_may_be_named(bpy):
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     bpy.context.collection.objects.link(broken_mesh(bpy, (2, 1, 0)))
     assert len(extraction.extract(bpy.context, extraction.VISIBLE)) == 1
@@ -72,7 +72,7 @@ def test_build_in_blender_reports_it_and_keeps_what_was_built(bpy, current):
 
 
 def test_a_hidden_mesh_is_no_affair(bpy):
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     bpy.ops.mesh.primitive_cube_add()
     wrong = broken_mesh(bpy)

@@ -100,8 +100,8 @@ def test_both_give_what_they_give_to_a_script(
 def test_nothing_of_it_is_computed_in_blenders_thread(
     bpy: Any, cells: Any, bake: Any, show_links: Any, context: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from accelscope.addon import bake as baking
-    from accelscope.core.evaluation import ray_path
+    from accelscope.addon.to_blender import bake as baking
+    from accelscope.core.evaluation.pages import ray_path
 
     threads = []
 

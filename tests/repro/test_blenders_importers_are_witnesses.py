@@ -72,7 +72,7 @@ def exporters(bpy, importers):
 
 def triangles_in_blender(bpy):
     """Return the triangles of all objects, (n, 3, 3), as the add-on builds over them."""
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     if not any(len(mesh.polygons) for mesh in bpy.data.meshes if mesh.users):
         return np.zeros((0, 3, 3))

@@ -1,7 +1,7 @@
 """Neither a new process nor other numbers compile anything, and so nothing is said."""
 
 import pytest
-from accelscope.core.evaluation.experiment import build, warm_up
+from accelscope.core.evaluation.records.experiment import build, warm_up
 from accelscope.core.kernels import announcing, has_numba
 from accelscope.core.progress import Progress
 from accelscope.core.structures import structures

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.workloads import CameraSettings, CameraWorkload
+from accelscope.core.evaluation.rays.workloads import CameraSettings, CameraWorkload
 from accelscope.core.geometry.rays import ANY
 from accelscope.core.scene import Camera, Light, Scene
 from accelscope.core.structures.naive import Naive
@@ -94,7 +94,7 @@ def test_without_a_light_the_kinds_are_named():
 @pytest.fixture
 def lights(bpy):
     """Add a lamp of some type to a cube, and return the scene's lights and notes."""
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     bpy.ops.mesh.primitive_cube_add()
 

@@ -7,9 +7,9 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from accelscope.addon import selection
-from accelscope.addon.drawable import make_drawable
-from accelscope.core.structures.cells import Cells
+from accelscope.addon.drawing import selection
+from accelscope.addon.drawing.drawable import make_drawable
+from accelscope.core.contract.cells import Cells
 
 pytestmark = pytest.mark.bpy
 

@@ -19,7 +19,7 @@ def cube(bpy: Any) -> Any:
 @pytest.fixture
 def told(bpy: Any) -> Any:
     """What a panel says, which compares nothing by itself."""
-    from accelscope.addon import session
+    from accelscope.addon.results import session
 
     return lambda: session.current.status(bpy.context, at_once=False).text
 
@@ -27,7 +27,7 @@ def told(bpy: Any) -> Any:
 @pytest.fixture
 def compare(monkeypatch: pytest.MonkeyPatch, bpy: Any) -> Any:
     """Run the timer until it has come to its end."""
-    from accelscope.addon import watching
+    from accelscope.addon.from_blender import watching
 
     monkeypatch.setattr(watching, "is_playing", lambda: False)
 
@@ -114,7 +114,7 @@ def test_the_scene_of_the_window_is_compared(bpy: Any, cube: Any, told: Any, com
 
 def test_an_edit_just_after_the_scene_was_taken(bpy: Any, cube: Any, current: Any) -> None:
     """By work that takes frames later, too: it is watched from the first moment on."""
-    from accelscope.addon.watching import watched
+    from accelscope.addon.from_blender.watching import watched
     from accelscope.operators.build import ACCELSCOPE_OT_build
     from accelscope.operators.compare_over_timeline import ACCELSCOPE_OT_compare_over_timeline
 
@@ -134,7 +134,8 @@ def test_what_is_said_is_said_anew_though_another_layer_is_shown_no_more(
     bpy: Any, cube: Any, current: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nobody compares such a layer: it stays uncertain for good, beside news of the others."""
-    from accelscope.addon import jobs, watching
+    from accelscope.addon import jobs
+    from accelscope.addon.from_blender import watching
 
     layer, look = other_layer(bpy), current.snapshot.look
     with bpy.context.temp_override(view_layer=layer):

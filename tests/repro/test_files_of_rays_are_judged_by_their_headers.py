@@ -6,8 +6,8 @@ import zipfile
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation import ray_files
-from accelscope.core.evaluation.workloads import FileSettings, FileWorkload
+from accelscope.core.evaluation.rays import ray_files
+from accelscope.core.evaluation.rays.workloads import FileSettings, FileWorkload
 
 O3, D3 = np.zeros((4, 3)), np.ones((4, 3))
 RAN = []

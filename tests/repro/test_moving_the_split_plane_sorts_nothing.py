@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
+from accelscope.core.lessons.split_plane import frame_of_plane
 from accelscope.core.progress import Cancelled, Progress
-from accelscope.core.structures.bvh.exhibits.split_plane import frame_of_plane
-from accelscope.core.structures.bvh.split_plane import evaluate_plane, sort_along
+from accelscope.core.sah.split_plane import evaluate_plane, sort_along
 from accelscope.sample_scenes import make_sample
 
 
@@ -61,7 +61,7 @@ def test_sorting_can_be_cancelled():
 
 @pytest.mark.bpy
 def test_the_panel_waits_for_the_job(bpy, root, current, monkeypatch):
-    from accelscope.addon import overlay
+    from accelscope.addon.drawing import overlay
 
     bpy.ops.mesh.primitive_monkey_add()
     bpy.ops.accelscope.build()

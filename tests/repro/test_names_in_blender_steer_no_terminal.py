@@ -69,7 +69,7 @@ def reports(bpy: Any, root: Any, current: Any, monkeypatch: pytest.MonkeyPatch) 
     hits = current.traced.hits.primitive
     root.ray_index = int((hits >= 0).argmax())
     assert noting(step_ray.ACCELSCOPE_OT_step_ray).execute(bpy.context) == {"FINISHED"}
-    monkeypatch.setattr("accelscope.core.evaluation.report.write_json", lambda *_: None)
+    monkeypatch.setattr("accelscope.core.evaluation.records.report.write_json", lambda *_: None)
     writing = noting(export.ACCELSCOPE_OT_export, filepath=f"/tmp/{HOSTILE}.json", format="JSON")
     assert writing.execute(bpy.context) == {"FINISHED"}
     sample = {name: getattr(bpy.ops.accelscope.add_sample_scene.get_rna_type().properties[name],
@@ -100,7 +100,7 @@ def test_refusals_in_blender(bpy: Any, capfd: Any, monkeypatch: pytest.MonkeyPat
         raise KeyError(HOSTILE)
 
     for fault in (refuse, fail):
-        monkeypatch.setattr("accelscope.core.evaluation.experiment.build", fault)
+        monkeypatch.setattr("accelscope.core.evaluation.records.experiment.build", fault)
         with pytest.raises(RuntimeError) as caught:
             bpy.ops.accelscope.build()
         assert r"\x1b[31m" in str(caught.value)

@@ -13,7 +13,7 @@ OURS = ["seed", "max_depth", "sbvh", "binned_sah", "up", "bvh", "macro_grid", "k
 
 @pytest.fixture
 def in_panel(bpy: Any) -> Any:
-    from accelscope.addon.wording import in_panel
+    from accelscope.addon.results.wording import in_panel
 
     return in_panel
 
@@ -84,9 +84,9 @@ def test_a_file(bpy: Any, root: Any, tmp_path: Any) -> None:
 
 def test_a_frame_of_the_timeline(in_panel: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The number in front does not make its names ours."""
-    from accelscope.addon.wording import refusal_in_panel
+    from accelscope.addon.results.wording import refusal_in_panel
     from accelscope.core.errors import InputError
-    from accelscope.core.evaluation import animation
+    from accelscope.core.evaluation.records import animation
 
     def refuse(*_: Any) -> None:
         raise InputError("the mesh of max_depth is bad", "max_depth")

@@ -6,7 +6,13 @@ import sys
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.report import flatten, no_formula, printable, table, write_csv
+from accelscope.core.evaluation.records.report import (
+    flatten,
+    no_formula,
+    printable,
+    table,
+    write_csv,
+)
 
 RAYS = ("--rays", "camera:width=4,height=3")
 ESCAPES = "a\x1b]0;owned\x07\x1b[31m\u202eb\n\r\x9b2Jc"

@@ -77,7 +77,7 @@ def test_a_folder_that_is_gone(tmp_path):
 
 
 def test_the_open_file_is_no_place_for_results(tmp_path, capsys):
-    from accelscope.addon.command import main
+    from accelscope.addon.command.main import main
     from accelscope.sample_scenes import make_sample
 
     path = tmp_path / "open.blend"

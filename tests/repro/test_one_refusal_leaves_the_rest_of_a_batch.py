@@ -149,14 +149,14 @@ def test_nothing_measured_is_2_and_writes_nothing(run, tmp_path):
     ],
 )
 def test_bad_arguments_are_refused_before_anything_is_computed(refused, monkeypatch, wrong):
-    from accelscope.core.evaluation import experiment
+    from accelscope.core.evaluation.records import experiment
 
     monkeypatch.setattr(experiment, "build", None)
     refused("evaluate", TETRA, "sample:soup:count=5", *wrong)
 
 
 def test_a_kind_of_volume_that_is_refused(run, obj, monkeypatch, tmp_path):
-    from accelscope.core.evaluation.efficiency import Measurement
+    from accelscope.core.evaluation.records.efficiency import Measurement
 
     measure = Measurement.of
 

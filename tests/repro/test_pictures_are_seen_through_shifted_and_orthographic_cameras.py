@@ -2,13 +2,9 @@
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.cameras import camera_axes
-from accelscope.core.evaluation.picture_cameras import (
-    MARGIN,
-    camera_around,
-    picture_camera,
-)
-from accelscope.core.evaluation.view import View
+from accelscope.core.evaluation.pages.picture_cameras import MARGIN, camera_around, picture_camera
+from accelscope.core.evaluation.pages.view import View
+from accelscope.core.evaluation.rays.cameras import camera_axes
 from accelscope.core.scene import Camera, Scene
 
 EYE, UP = np.array([0.0, -5.0, 0.0]), np.array([0.0, 0.0, 1.0])

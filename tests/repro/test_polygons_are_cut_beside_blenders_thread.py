@@ -64,7 +64,7 @@ def test_a_build_cuts_in_its_thread(
 def test_what_compiles_is_announced(
     bpy: Any, concave: Any, monkeypatch: pytest.MonkeyPatch, run: Any, obj: Any
 ) -> None:
-    from accelscope.addon.snapshot import Taken
+    from accelscope.addon.from_blender.snapshot import Taken
 
     taken, progress = Taken.at(bpy.context, "visible"), Listening()
     taken.snapshot()
@@ -87,7 +87,7 @@ def test_what_compiles_is_announced(
 def test_instances_share_what_was_cut(
     bpy: Any, concave: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from accelscope.addon.snapshot import Taken
+    from accelscope.addon.from_blender.snapshot import Taken
 
     for place in range(5):
         other = bpy.data.objects.new("Other", concave.data)

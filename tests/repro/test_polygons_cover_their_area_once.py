@@ -61,7 +61,7 @@ def test_the_same_in_every_format(cases, tmp_path, suffix):
 
 
 def test_the_same_in_blender(bpy):
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     outlines = [L, L[::-1], L[[0, 1, 2, 3]], np.array([[0, 0], [4, 0], [1, 1], [0, 4]], float)]
     for number, outline in enumerate(outlines):

@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.cameras import camera_rays
-from accelscope.core.evaluation.workloads import CameraSettings, CameraWorkload
+from accelscope.core.evaluation.rays.cameras import camera_rays
+from accelscope.core.evaluation.rays.workloads import CameraSettings, CameraWorkload
 from accelscope.core.scene import Camera
 from accelscope.core.structures.naive import Naive
 
@@ -27,7 +27,7 @@ def test_the_picture_of_the_file_is_hit_by_every_ray(bpy, cases, evaluate):
 
 @pytest.fixture
 def extraction(bpy):
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     bpy.ops.mesh.primitive_cube_add()
     return extraction

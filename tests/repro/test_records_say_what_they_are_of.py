@@ -6,7 +6,7 @@ import platform
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation import environment
+from accelscope.core.evaluation.records import environment
 from accelscope.core.kernels import has_numba
 from accelscope.core.parallel import core_count
 
@@ -106,7 +106,7 @@ SCENE_KEYS = {"name", "source", "triangles", "dropped_triangles", "bounds", "not
 
 def test_efficiency_carries_it_too(run, obj, monkeypatch):
     from accelscope.core.errors import InputError
-    from accelscope.core.evaluation import efficiency
+    from accelscope.core.evaluation.records import efficiency
 
     def refuse(record):
         if record["volume"] == "sphere":

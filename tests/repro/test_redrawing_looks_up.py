@@ -9,11 +9,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from accelscope.addon import selection
-from accelscope.addon.drawable import TEXTURE_WIDTH, make_drawable
+from accelscope.addon.drawing import selection
+from accelscope.addon.drawing.drawable import TEXTURE_WIDTH, make_drawable
+from accelscope.core.contract.cells import NEVER, Cells
 from accelscope.core.settings import parse, parse_spec
 from accelscope.core.structures import structure_named
-from accelscope.core.structures.cells import NEVER, Cells
 from accelscope.sample_scenes import make_sample
 
 TREES = (

@@ -7,8 +7,8 @@ import sys
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.png import write_png
-from accelscope.core.evaluation.report import write_csv, write_json, write_text
+from accelscope.core.evaluation.pages.png import write_png
+from accelscope.core.evaluation.records.report import write_csv, write_json, write_text
 from accelscope.core.writing import refuse_unwritable, replacing, write_bytes
 
 WRITERS = {

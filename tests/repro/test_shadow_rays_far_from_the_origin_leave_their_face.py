@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.workloads import CameraSettings, CameraWorkload
+from accelscope.core.evaluation.rays.workloads import CameraSettings, CameraWorkload
 from accelscope.core.scene import Camera, Scene, point_lights
 from accelscope.core.structures.bvh import BVH
 from accelscope.sample_scenes import make_sample

@@ -65,7 +65,7 @@ def test_quiet_is_quiet_without_json_too(blend):
 # (as Blender does) or goes on (as any other program may).
 NOISY = """
 import atexit, ctypes, sys
-from accelscope.addon.command import main
+from accelscope.addon.command.main import main
 from accelscope.core.evaluation import experiment
 libc = ctypes.CDLL(None)
 

@@ -1,7 +1,7 @@
 """The figures of k-DOP trees report their progress, and can be cancelled."""
 
 import pytest
-from accelscope.core.evaluation.experiment import Built, make_record
+from accelscope.core.evaluation.records.experiment import Built, make_record
 from accelscope.core.progress import Cancelled, Progress
 
 

@@ -1,7 +1,7 @@
 """A cell that begins like a number and goes on as a formula does not become one."""
 
 import pytest
-from accelscope.core.evaluation.report import no_formula
+from accelscope.core.evaluation.records.report import no_formula
 
 FORMULAS = [
     "-1 +cmd|'/c calc'!A1", "+1 =1+1", "-1 -A1", "-1 2 @SUM(A1)", "-1\t=1", "-1 ", "-1  2",

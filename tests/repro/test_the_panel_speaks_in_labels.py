@@ -14,7 +14,7 @@ SYNTAX = re.compile(r"(?<![\w/])[a-z]+_\w+|\w+=\w+|'\w+'|--\w+")
 
 
 def everything() -> list[tuple[str, Any]]:
-    from accelscope.core.evaluation.workloads import workloads
+    from accelscope.core.evaluation.rays.workloads import workloads
     from accelscope.core.structures import structures
     from accelscope.sample_scenes import samples
 
@@ -23,7 +23,7 @@ def everything() -> list[tuple[str, Any]]:
 
 @pytest.fixture
 def in_panel(bpy: Any) -> Any:
-    from accelscope.addon.wording import in_panel
+    from accelscope.addon.results.wording import in_panel
 
     return in_panel
 
@@ -123,7 +123,7 @@ def test_refused_rays(bpy: Any, root: Any) -> None:
 def test_values_outside_their_limits(bpy: Any) -> None:
     from types import SimpleNamespace
 
-    from accelscope.addon import generated
+    from accelscope.addon.settings import generated
     from accelscope.core.errors import InputError
     from accelscope.core.structures.bvh import BVH
 

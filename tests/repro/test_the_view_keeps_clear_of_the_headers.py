@@ -15,8 +15,8 @@ def region(kind, alignment, x, y, width, height):
 
 def pixels(regions):
     """Return how many pixels are used to the left and right of the middle, below and above it."""
-    from accelscope.addon.viewport import SENSOR, slopes_of
-    from accelscope.core.evaluation.picture_cameras import MARGIN
+    from accelscope.addon.drawing.viewport import SENSOR, slopes_of
+    from accelscope.core.evaluation.pages.picture_cameras import MARGIN
 
     window = region("WINDOW", "NONE", 100, 50, 1000, 800)
     slopes = slopes_of(SimpleNamespace(regions=[window, *regions]), LENS)

@@ -18,7 +18,7 @@ def cube(bpy: Any) -> Any:
 @pytest.fixture
 def status(bpy: Any) -> Any:
     """What a script is told, without an update before."""
-    from accelscope.addon import session
+    from accelscope.addon.results import session
 
     return lambda: session.current.status(bpy.context).text
 
@@ -245,7 +245,7 @@ def test_selection_counts_where_it_decides(bpy: Any, cube: Any, root: Any, statu
 
 
 def test_the_panel_says_neither_before_it_is_known(bpy: Any, cube: Any) -> None:
-    from accelscope.addon import session
+    from accelscope.addon.results import session
 
     def told() -> Any:
         return session.current.status(bpy.context, at_once=False)
@@ -262,7 +262,7 @@ def test_the_panel_says_neither_before_it_is_known(bpy: Any, cube: Any) -> None:
 def test_a_large_mesh_is_compared_a_little_at_a_time(bpy: Any) -> None:
     import time
 
-    from accelscope.addon import session
+    from accelscope.addon.results import session
 
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=400, y_subdivisions=400)
     grid = bpy.context.object
@@ -294,7 +294,7 @@ def test_a_large_mesh_is_compared_a_little_at_a_time(bpy: Any) -> None:
 
 
 def test_many_objects_do_not_keep_it_from_getting_on(bpy: Any, cube: Any) -> None:
-    from accelscope.addon import session
+    from accelscope.addon.results import session
 
     for number in range(50):
         other = bpy.data.objects.new(f"Other {number}", cube.data)

@@ -5,12 +5,12 @@ Other exhibits of the building run the builder again, too, and go the same way.
 
 import numpy as np
 import pytest
+from accelscope.core.lessons import exhibits_left_out, exhibits_of
+from accelscope.core.sah.split_curve import RULES, split_curve
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
 from accelscope.core.structures.bvh.builders import BUILDERS
-from accelscope.core.structures.bvh.exhibits import exhibits_left_out, exhibits_of
-from accelscope.core.structures.bvh.refit import refit
-from accelscope.core.structures.bvh.split_curve import RULES, split_curve
+from accelscope.core.structures.bvh.topology.refit import refit
 from accelscope.sample_scenes import make_sample
 
 OF_THE_BUILDING = {

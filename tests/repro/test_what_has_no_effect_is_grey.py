@@ -119,7 +119,7 @@ def test_display(bpy: Any, root: Any, draw: Any, structure: str) -> None:
 
 def test_settings_of_structures_and_rays(bpy: Any, root: Any, draw: Any) -> None:
     """Each setting is active under every choice it is for, and grey under all others."""
-    from accelscope.core.evaluation.workloads import workloads
+    from accelscope.core.evaluation.rays.workloads import workloads
     from accelscope.core.structures import structures
 
     count = 0

@@ -6,7 +6,7 @@ import pytest
 @pytest.fixture
 def notes(bpy):
     """Return the notes of a cube, 9 to 11 units before a camera with these clip distances."""
-    from accelscope.addon import extraction
+    from accelscope.addon.from_blender import extraction
 
     bpy.ops.mesh.primitive_cube_add(location=(0, 0, -10))
     camera = bpy.data.objects.new("Own", bpy.data.cameras.new("Lens"))

@@ -102,7 +102,7 @@ def day_of_use() -> Steps:
             yield 1.0  # what is asked of a screen before it is drawn ends Blender
         # The new file has a screen of its own; the settings are made after the first draw.
         yield from session.open_sidebar("AccelScope")
-        yield lambda: part("addon.properties").is_loaded()
+        yield lambda: part("addon.settings.properties").is_loaded()
         if cycle % 3 == 2:
             # With something built and drawn, which the next cycle replaces.
             used.append(memory())

@@ -370,7 +370,7 @@ def bake() -> Steps:
     (baked,) = bpy.data.collections["AccelScope"].objects
     numbers = np.empty(len(baked.data.vertices), np.int32)
     baked.data.attributes["number"].data.foreach_get("value", numbers)
-    shown = part("addon.selection").visible(results().cells, settings().display)
+    shown = part("addon.drawing.selection").visible(results().cells, settings().display)
     assert set(numbers) == set(results().cells.numbers[shown])
 
 

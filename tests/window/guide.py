@@ -38,7 +38,7 @@ def part(name: str) -> ModuleType:
 
 def results() -> Any:
     """Return the extension's session: what has been built and traced."""
-    return part("addon.session").current
+    return part("addon.results.session").current
 
 
 def settings() -> Any:
@@ -128,7 +128,7 @@ def open_wide_tab() -> Steps:
     yield from session.open_sidebar("AccelScope")
     yield from session.widen_sidebar(SIDEBAR)
     # The settings are made after the first draw.
-    yield lambda: part("addon.properties").is_loaded()
+    yield lambda: part("addon.settings.properties").is_loaded()
     yield 1.0
 
 

@@ -13,7 +13,7 @@ from typing import NoReturn
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.experiment import build, make_record
+from accelscope.core.evaluation.records.experiment import build, make_record
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structure_named
 from accelscope.sample_scenes import make_sample

@@ -111,7 +111,7 @@ def first_build() -> Steps:
 @session.step
 def depth_range() -> Steps:
     """Typing a depth range shows fewer cells and uploads nothing."""
-    overlay = part("addon.overlay")
+    overlay = part("addon.drawing.overlay")
     uploads = overlay.uploads()
     yield from session.enter("display.depth_max", "5")
     yield lambda: settings().display.depth_max == 5
@@ -162,7 +162,7 @@ def lines() -> Steps:
 @session.step
 def planes_and_replay() -> Steps:
     """A kd-tree: its planes, its empty leaves, and its building step by step."""
-    overlay = part("addon.overlay")
+    overlay = part("addon.drawing.overlay")
     settings().structure = "kdtree"
     yield from build()
     display = settings().display
@@ -287,7 +287,7 @@ def statistics() -> Steps:
 @session.step
 def second_viewport() -> Steps:
     """A second viewport draws the same cells without another upload."""
-    overlay = part("addon.overlay")
+    overlay = part("addon.drawing.overlay")
     uploads = overlay.uploads()
     known = set(session.window.screen.areas)
     bpy.ops.screen.area_split(direction="VERTICAL", factor=0.45)

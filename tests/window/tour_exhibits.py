@@ -76,7 +76,7 @@ def seen(name: str) -> Steps:
 
 def in_view() -> None:
     """Assert that all that is drawn is where nothing covers the viewport."""
-    overlay, region = part("addon.overlay"), session.region()
+    overlay, region = part("addon.drawing.overlay"), session.region()
     view = session.area().spaces[0].region_3d
     points = overlay.points_of((overlay.EXHIBIT, overlay.PLANE))
     places = np.array([location_3d_to_region_2d(region, view, point) for point in points])

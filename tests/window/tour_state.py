@@ -318,7 +318,7 @@ def comparison_that_breaks() -> Steps:
     """An exception in the main thread's part of a comparison leaves every button working."""
     yield from animated()
     before = results().built
-    frames, jobs = part("addon.timeline").Frames, part("addon.jobs")
+    frames, jobs = part("addon.from_blender.timeline").Frames, part("addon.jobs")
     serve, calls = frames.serve, []
 
     def fail(self: object) -> None:

@@ -20,13 +20,13 @@ from typing import Any
 
 import numpy as np
 
+from ...contract.cells import Cells, when_divided
+from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.triangle import Triangles, areas_of, triangles_of
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
-from ..cells import Cells, when_divided
-from ..contract import intersection_cost, traversal_cost
 from ..subdivision.frontier import NO_BUDGET, ORDERS, budget_setting, order_setting
 from ..subdivision.settings import (
     depth_limit,

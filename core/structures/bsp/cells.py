@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...contract.cells import Polygons
 from ...geometry.length import polygon_area
 from ...kernels import call, inner, kernel
 from ...ranges import ranges
-from ..cells import Polygons
 from .grown import Grown
 from .polyhedron import Polyhedra, clip, make_polyhedra, measure
 from .references import MOST_POLYGON_CORNERS, Lists, append_side

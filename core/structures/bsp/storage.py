@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...contract.steps import NONE, VISIT_INNER, VOLUME_TEST, note
+from ...contract.structure import LOST, walk
 from ...kernels import implements, inner
-from ..contract import LOST, walk
-from ..steps import NONE, VISIT_INNER, VOLUME_TEST, note
 from ..subdivision.tree import (
     ROOT,
     enter_root,

@@ -2,7 +2,7 @@
 
 A ray that misses the volume misses them all. Three choices are independent: how the triangles are
 grouped (:mod:`.builders`), how the tree is rearranged afterwards (:mod:`.optimisers`), and what
-volume is put around each group (:mod:`.fit`).
+volume is put around each group (:mod:`.topology.fit`).
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from ...contract.cells import Cells
+from ...contract.statistics import Statistics
+from ...contract.structure import STACK_SIZE, Structure
 from ...geometry.box import Boxes, boxes_of
 from ...geometry.box_shape import surface_area
 from ...geometry.triangle import Triangles, triangles_of
@@ -22,24 +25,21 @@ from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import part_of
-from ..cells import Cells
-from ..contract import STACK_SIZE, Structure
-from ..statistics import Statistics
 from .builders import BUILDERS
-from .collapse import LeafRule, collapse, total_cost
-from .efficiency import Efficiency, hierarchy_efficiency
-from .fit import fit_all
-from .history import Moment
+from .figures.efficiency import Efficiency, hierarchy_efficiency
+from .figures.overlap import sibling_overlap
 from .optimisers import OPTIMISERS
-from .overlap import sibling_overlap
-from .pieces import referred
-from .rearranging import Rearrangement
+from .optimisers.rearranging import Rearrangement
 from .settings import BVHSettings
-from .tree import Grouping, Primitives, Splits, Tree, depths_of, linked, ranges_of
-from .validation import violations_of
-from .walk import Binary, VolumeWorkspace
-from .wide import WideTree, widened
-from .wide_walk import WIDE_STACK_SIZE, Wide
+from .topology.collapse import LeafRule, collapse, total_cost
+from .topology.fit import fit_all
+from .topology.history import Moment
+from .topology.pieces import referred
+from .topology.tree import Grouping, Primitives, Splits, Tree, depths_of, linked, ranges_of
+from .topology.validation import violations_of
+from .topology.wide import WideTree, widened
+from .walks.binary_walk import Binary, VolumeWorkspace
+from .walks.wide_walk import WIDE_STACK_SIZE, Wide
 
 MOST_SHAPES = 20_000
 """Volumes that are drawn in their shape, if they are not boxes."""
@@ -293,7 +293,7 @@ def group(scene: Scene, settings: Any, progress: Progress) -> tuple[Grouping, Re
     """
     builder, optimiser = BUILDERS[settings.builder], OPTIMISERS[settings.optimise]
     primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
-    own = part_of(settings, builder.Settings)
+    own: Any = part_of(settings, builder.Settings)
     if optimiser.optimise is None:
         return builder.build(primitives, own, progress), None
     grouping = builder.build(primitives, dataclasses.replace(own, max_leaf_size=1), progress)

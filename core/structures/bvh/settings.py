@@ -16,8 +16,9 @@ an engine, a tree, and a teapot in a stadium. Seconds on two quiet cores, rounds
 
 Two runs differ by 2 to 3%. Where large triangles are among small ones `reinsert_batches` saves an
 eighth of the cost (Sponza) or a sixth (the kitchen); why `binned_sah` alone is dear there is said
-in :mod:`.binned_sah`. `sbvh` and `reinsert` trace Sponza 13% and 9% faster, which pays from 5 and
-11 million lines on, and the even Suzanne hardly so; they build for six to ten times as long.
+in :mod:`.builders.top_down.binned_sah`. `sbvh` and `reinsert` trace Sponza 13% and 9% faster, which
+pays from 5 and 11 million lines on, and the even Suzanne hardly so; they build for six to ten times
+as long.
 
 ``python tests/bench/hierarchies.py --sections default MESH ...`` measures this again.
 """
@@ -29,8 +30,8 @@ from dataclasses import dataclass
 from ...geometry.kinds import KINDS
 from ...settings import composed, setting
 from .builders import BUILDERS
-from .collapse import LeafSettings
 from .optimisers import OPTIMISERS
+from .topology.collapse import LeafSettings
 
 
 @dataclass(frozen=True)

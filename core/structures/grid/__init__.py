@@ -12,6 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...contract.cells import Cells
+from ...contract.statistics import Statistics
+from ...contract.structure import Structure, intersection_cost, traversal_cost
 from ...errors import InputError
 from ...geometry.box import boxes_of
 from ...geometry.box_shape import surface_area
@@ -20,9 +23,6 @@ from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import OPEN, setting
-from ..cells import Cells
-from ..contract import Structure, intersection_cost, traversal_cost
-from ..statistics import Statistics
 from . import walk as walk  # registers it
 from .cells import GridArrays, fill_cells, hair_and_touch
 from .resolution import (

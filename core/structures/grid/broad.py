@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...contract.steps import VISIT_EMPTY, VISIT_LEAF, note
+from ...contract.structure import Found
 from ...kernels import inner
-from ..contract import Found
-from ..steps import VISIT_EMPTY, VISIT_LEAF, note
 from .cells import cell_at
 from .dda import FOREVER, end_of_walk, test_cell
 

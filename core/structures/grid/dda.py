@@ -21,10 +21,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...contract.steps import HIT, MAILBOX, POSTPONE, TEST, note
 from ...geometry.rays import ALL, ANY
 from ...geometry.triangle import intersect
 from ...kernels import inlined, inner
-from ..steps import HIT, MAILBOX, POSTPONE, TEST, note
 from .cells import cell_at
 
 X, Y, Z = np.int64(0), np.int64(1), np.int64(2)

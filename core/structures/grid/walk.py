@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...contract.steps import VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
+from ...contract.structure import LOST, Found, walk
 from ...geometry.box import MISS, enter_box
 from ...kernels import implements
-from ..contract import LOST, Found, walk
-from ..steps import VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 from .broad import is_broad, walk_broad
 from .cells import GridArrays
 from .dda import (

@@ -16,6 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from ...contract.cells import Cells, planes_across, rectangles, when_divided
+from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.box import boxes_of
 from ...geometry.clip import POLYGON_SIZE, add_clipped_areas
 from ...geometry.rays import ULPS
@@ -25,8 +27,6 @@ from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
-from ..cells import Cells, planes_across, rectangles, when_divided
-from ..contract import intersection_cost, traversal_cost
 from ..subdivision.frontier import NO_BUDGET, ORDERS, budget_setting, order_setting
 from ..subdivision.settings import (
     depth_limit,

@@ -24,6 +24,8 @@ from typing import Any
 
 import numpy as np
 
+from ...contract.cells import Cells, planes_across, rectangles, when_divided
+from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.box import boxes_of
 from ...geometry.triangle import Triangles, triangles_of
 from ...kernels import call, kernel
@@ -31,8 +33,6 @@ from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
-from ..cells import Cells, planes_across, rectangles, when_divided
-from ..contract import intersection_cost, traversal_cost
 from ..subdivision.frontier import NO_BUDGET, ORDERS, budget_setting, order_setting
 from ..subdivision.settings import (
     depth_limit,

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...contract.steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
+from ...contract.structure import walk
 from ...kernels import implements, inlined, inner
-from ..contract import walk
-from ..steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
 from .tree import EMPTY, NODE, ROOT, Span, enter_root, expand, leaf_index, push
 from .walks import NOTHING, Heap, found, limit_of, visit_leaf
 

@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...contract.steps import NONE, VISIT_INNER, VOLUME_TEST, note
+from ...contract.structure import LOST, walk
 from ...kernels import dispatched, implements, inlined, inner
-from ..contract import LOST, walk
-from ..steps import NONE, VISIT_INNER, VOLUME_TEST, note
 from .tree import NODE, ROOT, TOP, child, enter_root, leaf_index, near_side, plane_times, planes
 from .walks import NOTHING, March, Neighbours, Recursive, Ropes, found, limit_of, visit_leaf
 

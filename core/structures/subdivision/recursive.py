@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...contract.steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
+from ...contract.structure import walk
 from ...kernels import implements
-from ..contract import walk
-from ..steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
 from .tree import EMPTY, ROOT, enter_root, expand, leaf_index, pop, push
 from .walks import NOTHING, Recursive, found, limit_of, visit_leaf
 

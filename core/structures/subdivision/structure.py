@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...contract.cells import Cells
+from ...contract.statistics import Statistics
+from ...contract.structure import Structure
 from ...geometry.box import boxes_of
 from ...geometry.box_shape import surface_area
 from ...geometry.rays import ULPS
 from ...progress import SILENT, Progress
-from ..cells import Cells
-from ..contract import Structure
-from ..statistics import Statistics
 
 # Imported for what they register: an implementation of `walk` for each of the records in WALKS.
 from . import heap as heap

@@ -32,11 +32,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...contract.steps import HIT, MAILBOX, NONE, POSTPONE, TEST, VISIT_EMPTY, VISIT_LEAF, note
+from ...contract.structure import Found
 from ...geometry.rays import ALL, ANY
 from ...geometry.triangle import intersect
 from ...kernels import inlined
-from ..contract import Found
-from ..steps import HIT, MAILBOX, NONE, POSTPONE, TEST, VISIT_EMPTY, VISIT_LEAF, note
 
 # ----------------------------------------------------------------------- records: tree and walk
 

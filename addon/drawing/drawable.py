@@ -1,0 +1,308 @@
+"""What the overlay draws of cells, ready for the graphics card; without graphics.
+
+Made once, in the background job that builds. The main thread uploads what is in here as it is, and
+looks up what the panel says; it goes through the cells no more. Whatever the shape of the cells,
+what is held is bounded by the constants of :mod:`.selection`.
+
+What is uploaded are textures (:mod:`.overlay_upload`):
+
+- Boxes: two texels each, ``[lower, depth]`` and ``[upper, count]``, count -1 for an inner node;
+  drawn as one unit cube per box.
+- Edges of polyhedra, and of planes: the same two texels per edge, its ends in place of the lower
+  and the upper corner; drawn as one diagonal of the unit cube per edge.
+- Faces: three texels per triangle, its corners, with the depth and the step of the building.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ...core.contract.outlines import by_shape, faces_of, outlines_of, triangles_of, wires_of
+from ...core.progress import SILENT, Progress
+from . import selection
+from .selection import NEVER, Extent, Sections, Tally
+
+if TYPE_CHECKING:  # only the type: its module brings Numba in
+    from ...core.contract.cells import Cells, Polygons
+
+TEXTURE_WIDTH = 4092
+"""Texels in a row of a texture: a multiple of two and three that every graphics card can hold.
+
+With it no texture has more rows than a card can hold, either: 2 MAXIMUM_CORNERS texels are 1956.
+"""
+
+
+class Lines(NamedTuple):
+    """Shapes that are drawn as lines: boxes, or edges.
+
+    Attributes
+    ----------
+    ends, steps : (rows, TEXTURE_WIDTH, 4) float32
+        Two texels for each shape, and one: the steps in which it is made and divided. Where nobody
+        knows those, only as large as it must be.
+    starts : (n + 1,) int64
+        Shapes of item i (a cell or a plane) are starts[i] ... starts[i + 1] - 1.
+    """
+
+    ends: np.ndarray
+    steps: np.ndarray
+    starts: np.ndarray
+
+
+class Faces(NamedTuple):
+    """Triangles that are filled.
+
+    Attributes
+    ----------
+    corners : (rows, TEXTURE_WIDTH, 4) float32
+        Three texels for each.
+    starts : (n + 1,) int64
+        Triangles of item i (a cell or a plane) are starts[i] ... starts[i + 1] - 1.
+    depth : (n,) int32
+        Of the items, ascending.
+    areas : Tally
+        Surface by depth and step.
+    """
+
+    corners: np.ndarray
+    starts: np.ndarray
+    depth: np.ndarray
+    areas: Tally
+
+
+class Steps(NamedTuple):
+    """When cells are made and divided, (n,) int64 each; all 0 where nobody knows."""
+
+    made: np.ndarray
+    divided: np.ndarray
+
+
+@dataclass(frozen=True)
+class Drawable:
+    """Cells, and all that is drawn and said of them.
+
+    Attributes
+    ----------
+    cells : Cells
+    extent : Extent
+    sections : Sections
+    surface : float
+        Of the box around all cells.
+    boxes, edges : Lines
+        The edges of the cells in the sections, as boxes or one by one.
+    plane_lines, plane_faces : Lines, Faces
+        The planes, the shallow ones.
+    empty_faces : Faces
+        The empty leaves, the shallow ones.
+    n_shaped, n_planes, n_empty : int
+        How many cells in the sections are drawn in their shape; how many planes and empty leaves
+        there are.
+    made, made_empty, divided : Tally or None
+        Cells that are no empty leaves, those that are, and divided ones, by depth and step; None
+        where nobody knows the steps.
+    """
+
+    cells: Cells
+    extent: Extent
+    sections: Sections
+    surface: float
+    boxes: Lines
+    edges: Lines
+    plane_lines: Lines
+    plane_faces: Faces
+    empty_faces: Faces
+    n_shaped: int
+    n_planes: int
+    n_empty: int
+    made: Tally | None = None
+    made_empty: Tally | None = None
+    divided: Tally | None = None
+
+    def wanted(self, display: Any) -> int:
+        """Return how many of the cells the display settings let through."""
+        step = selection.step_shown(self.extent, display)
+        if step is None or self.made is None or self.made_empty is None or self.divided is None:
+            return sum(last - first for first, last in selection.runs(self.sections, display))
+        asked = display.depth_min, display.depth_max, step
+        wanted = self.made.total(*asked)
+        if not display.hide_empty:
+            wanted += self.made_empty.total(*asked)
+        if display.leaves_only:
+            wanted -= self.divided.total(*asked)
+        return int(wanted)
+
+
+def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
+    """Make cells ready to be drawn.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    progress.report(0, 1, "Preparing the picture")
+    extent, sections = selection.extent_of(cells), selection.sections_of(cells)
+    steps = steps_of(cells)
+    is_empty = selection.is_empty(cells)
+    empty = np.flatnonzero(is_empty)[: selection.MAXIMUM_FILLED]
+    planes = _first_of(cells.planes, selection.MAXIMUM_FILLED)
+    shaped, _ = by_shape(cells, np.sort(sections.order))
+    cells.sort_numbers()
+    progress.report(0, 1, "Preparing the picture")
+    tallies: tuple[Tally, ...] = ()
+    if cells.divided is not None:
+        inner = cells.divided < NEVER
+        tallies = tuple(
+            Tally(cells.depth[some], when[some])
+            for some, when in ((~is_empty, steps.made), (is_empty, steps.made),
+                               (inner, steps.divided))
+        )  # fmt: skip
+    return Drawable(
+        cells, extent, sections, _surface_of(cells),
+        box_lines(cells, sections.order, shaped, steps),
+        edge_lines(cells, sections.order, shaped, steps, progress),
+        plane_lines(cells, planes, steps),
+        plane_faces(cells, planes, steps),
+        cell_faces(cells, empty, steps),
+        len(shaped), 0 if cells.planes is None else len(cells.planes.owners), int(is_empty.sum()),
+        *tallies,
+    )  # fmt: skip
+
+
+def steps_of(cells: Cells) -> Steps:
+    """Return when each cell is made and divided."""
+    if cells.divided is None:
+        nothing = np.zeros(len(cells), dtype=np.int64)
+        return Steps(nothing, nothing)
+    return Steps(cells.extra["order"].astype(np.int64), np.minimum(cells.divided, NEVER))
+
+
+def _surface_of(cells: Cells) -> float:
+    """Return the surface of the box around all cells."""
+    if len(cells) == 0:
+        return 0.0
+    x, y, z = cells.boxes[:, 3:].max(axis=0) - cells.boxes[:, :3].min(axis=0)
+    return float(2.0 * (x * y + y * z + z * x))
+
+
+# ------------------------------------------------------------------------------------------ lines
+
+
+def box_lines(cells: Cells, order: np.ndarray, shaped: np.ndarray, steps: Steps) -> Lines:
+    """Return those of the cells `order` that are drawn as boxes: all but `shaped`."""
+    is_box = np.ones(len(cells), dtype=bool)
+    is_box[shaped] = False
+    owners = order[is_box[order]]
+    starts = np.concatenate([[0], np.cumsum(is_box[order])])
+    return _lines(cells, cells.boxes[owners].reshape(-1, 2, 3), owners, steps, starts)
+
+
+def edge_lines(
+    cells: Cells,
+    order: np.ndarray,
+    shaped: np.ndarray,
+    steps: Steps,
+    progress: Progress = SILENT,
+) -> Lines:
+    """Return the edges of those of the cells `order` that are drawn in their shape, `shaped`."""
+    wires = wires_of(cells, shaped, progress)
+    position = np.zeros(len(cells), dtype=np.int64)
+    position[order] = np.arange(len(order))
+    positions = position[wires.edge_owners()]
+    sorting = np.argsort(positions, kind="stable")
+    starts = np.searchsorted(positions[sorting], np.arange(len(order) + 1))
+    owners = wires.edge_owners()[sorting]
+    return _lines(cells, wires.segments()[sorting], owners, steps, starts)
+
+
+def plane_lines(cells: Cells, planes: Polygons | None, steps: Steps) -> Lines:
+    """Return the outlines of planes."""
+    if planes is None:
+        return _lines(cells, np.empty((0, 2, 3)), np.empty(0, np.int64), steps, np.zeros(1, int))
+    wires = outlines_of(planes)
+    # A plane is there from the step on that divides its cell, and is divided by none.
+    there = Steps(steps.divided, np.full(len(cells), NEVER))
+    ends, owners = wires.segments(), wires.edge_owners()
+    return _lines(cells, ends, owners, there, planes.offsets, of_cells=False)
+
+
+def _lines(
+    cells: Cells,
+    ends: np.ndarray,
+    owners: np.ndarray,
+    steps: Steps,
+    starts: np.ndarray,
+    of_cells: bool = True,
+) -> Lines:
+    """Pack shapes with two ends (n, 2, 3), and whose they are (n,); planes have no count."""
+    texels = np.empty((len(ends), 2, 4), dtype=np.float32)
+    texels[:, :, :3] = ends
+    texels[:, 0, 3] = cells.depth[owners]
+    texels[:, 1, 3] = np.where(cells.is_leaf, cells.count, -1)[owners] if of_cells else -1
+    if cells.divided is None:
+        when = np.zeros((1, 4), dtype=np.float32)
+    else:
+        when = np.zeros((len(owners), 4), dtype=np.float32)
+        when[:, 0], when[:, 1] = steps.made[owners], steps.divided[owners]
+    return Lines(in_rows(texels), in_rows(when), starts)
+
+
+# ------------------------------------------------------------------------------------------ faces
+
+
+def plane_faces(cells: Cells, planes: Polygons | None, steps: Steps) -> Faces:
+    """Return planes as triangles."""
+    if planes is None:
+        triangles, owners = np.empty((0, 3, 3)), np.empty(0, dtype=np.int64)
+        starts, depth = np.zeros(1, dtype=np.int64), cells.depth[:0]
+    else:
+        triangles, owners = triangles_of(planes)
+        per_plane = np.maximum(np.diff(planes.offsets) - 2, 0)
+        starts, depth = np.concatenate([[0], np.cumsum(per_plane)]), cells.depth[planes.owners]
+    return _faces(triangles, cells.depth[owners], steps.divided[owners], starts, depth)
+
+
+def cell_faces(cells: Cells, places: np.ndarray, steps: Steps) -> Faces:
+    """Return the faces of the cells `places`, which are ascending."""
+    triangles, owners = faces_of(cells, places)
+    starts = np.searchsorted(owners, np.append(places, len(cells)))
+    depth = cells.depth[places]
+    return _faces(triangles, cells.depth[owners], steps.made[owners], starts, depth)
+
+
+def _faces(
+    triangles: np.ndarray,
+    depths: np.ndarray,
+    steps: np.ndarray,
+    starts: np.ndarray,
+    depth: np.ndarray,
+) -> Faces:
+    """Pack triangles (m, 3, 3) with their depths and the steps in which they appear."""
+    texels = np.zeros((len(triangles), 3, 4), dtype=np.float32)
+    texels[:, :, :3] = triangles
+    texels[:, 0, 3] = depths
+    texels[:, 1, 3] = steps
+    sides = triangles[:, 1:] - triangles[:, :1]
+    areas = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return Faces(in_rows(texels), starts, depth, Tally(depths, steps, areas))
+
+
+def _first_of(polygons: Polygons | None, most: int) -> Polygons | None:
+    """Return the first so many polygons."""
+    if polygons is None:
+        return None
+    offsets = polygons.offsets[: most + 1]
+    return polygons._replace(
+        points=polygons.points[: offsets[-1]], offsets=offsets, owners=polygons.owners[:most]
+    )
+
+
+def in_rows(texels: np.ndarray, width: int = TEXTURE_WIDTH) -> np.ndarray:
+    """Return texels (..., 4) of float32 in rows (rows, width, 4), filled up with zeros."""
+    rows = max(-(-texels.size // (4 * width)), 1)
+    whole = np.zeros((rows, width, 4), dtype=np.float32)
+    whole.reshape(-1)[: texels.size] = texels.ravel()
+    return whole

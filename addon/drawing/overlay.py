@@ -1,0 +1,406 @@
+"""The overlay: cells, ray paths and exhibits over the scene in every 3D viewport.
+
+Cells are uploaded once, at the first draw after :func:`set_cells`, in three sections: leaves with
+primitives, inner nodes, empty leaves, each sorted by depth (:mod:`.selection`). So whatever the
+display settings ask for is one run of cells per section, which is drawn with one call; moving a
+slider uploads nothing. The same goes for the planes that cut cells, and for the faces of empty
+leaves; both are uploaded when they are asked for the first time. All of it comes prepared
+(:mod:`.drawable`): drawing computes nothing that takes longer the more cells there are.
+
+Nothing here holds a reference to Blender's data, so undo, file load and deleted objects do no harm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import bpy
+import gpu
+import numpy as np
+
+from ...core.colours import EMPTY_TINT, INNER_COLOUR, face_opacity
+from ...core.printing import print_lines, print_traceback
+from . import overlay_shader, overlay_upload, selection, shown
+
+if TYPE_CHECKING:
+    from .drawable import Drawable, Faces, Lines
+
+RAY, EXHIBIT, PLANE = "ray", "exhibit", "plane"
+"""Layers of lines. Each is set for itself, and does not push the others out."""
+
+LAYER_WIDTH = {EXHIBIT: 0.5, PLANE: 1.0, RAY: 2.0}
+"""Width of lines in pixels beyond that of cells, by layer; the last is drawn on top."""
+
+HIDDEN_OPACITY, HIDDEN_OPACITY_OF_FEW = 0.25, 0.5
+"""Opacity of those parts of lines in layers that lie behind something, of many and of few."""
+
+FEW_LINES = 2000
+"""So many lines do not hide each other."""
+
+TINT_COVER = 0.6
+"""Share of the view that tinted empty leaves cover together, at full opacity."""
+
+PLANE_COVER = 0.4
+"""Share of the view that planes cover together, at full opacity."""
+
+
+class _Tools(NamedTuple):
+    """What the graphics card holds whatever there is to draw."""
+
+    cells_shader: gpu.types.GPUShader
+    faces_shader: gpu.types.GPUShader
+    paths_shader: gpu.types.GPUShader
+    cube: gpu.types.GPUBatch
+    edge: gpu.types.GPUBatch
+    triangle: gpu.types.GPUBatch
+    colours: gpu.types.GPUTexture
+
+
+class _LinesOnCard(NamedTuple):
+    """Lines whose ends and steps are textures, see :class:`.drawable.Lines`."""
+
+    ends: gpu.types.GPUTexture
+    steps: gpu.types.GPUTexture
+    starts: np.ndarray
+
+
+class _Drawn:
+    """The cells to draw, and what of them is on the graphics card: each part once it is needed."""
+
+    def __init__(self, drawable: Drawable) -> None:
+        self.drawable = drawable
+
+    def _lines(self, lines: Lines) -> _LinesOnCard:
+        _overlay.uploads += 1
+        textures = overlay_upload.texture(lines.ends), overlay_upload.texture(lines.steps)
+        return _LinesOnCard(*textures, lines.starts)
+
+    def _faces(self, faces: Faces) -> gpu.types.GPUTexture:
+        _overlay.uploads += 1
+        return overlay_upload.texture(faces.corners)
+
+    @cached_property
+    def boxes(self) -> _LinesOnCard:
+        """The cells that are boxes, in the order of the sections."""
+        return self._lines(self.drawable.boxes)
+
+    @cached_property
+    def edges(self) -> _LinesOnCard:
+        """The edges of those that are not."""
+        return self._lines(self.drawable.edges)
+
+    @cached_property
+    def plane_lines(self) -> _LinesOnCard:
+        """The outlines of the planes."""
+        return self._lines(self.drawable.plane_lines)
+
+    @cached_property
+    def plane_faces(self) -> gpu.types.GPUTexture:
+        """The planes."""
+        return self._faces(self.drawable.plane_faces)
+
+    @cached_property
+    def empty_faces(self) -> gpu.types.GPUTexture:
+        """The faces of empty leaves."""
+        return self._faces(self.drawable.empty_faces)
+
+
+class _Layer:
+    """Thick lines of all colours, uploaded at the first draw."""
+
+    def __init__(self, segments: np.ndarray, colours: np.ndarray) -> None:
+        self.segments = np.asarray(segments, dtype=np.float32).reshape(-1, 2, 3)
+        self.colours = np.asarray(colours, dtype=np.float32).reshape(len(self.segments), 4)
+
+    @cached_property
+    def batch(self) -> gpu.types.GPUBatch:
+        """The lines."""
+        _overlay.uploads += 1
+        ends = self.segments[:, 0], self.segments[:, 1]
+        return overlay_upload.line_batch(*ends, self.colours)
+
+
+class _Overlay:
+    """The one overlay of this Blender."""
+
+    def __init__(self) -> None:
+        self.handler: Any = None
+        self.failed = False
+        self.uploads = 0
+        self.tools: _Tools | None = None
+        self.drawn: _Drawn | None = None
+        self.cells_hidden = False
+        self.layers: dict[str, _Layer] = {}
+
+
+_overlay = _Overlay()
+
+
+# ------------------------------------------------------------------------------ what to show
+
+
+def enable() -> None:
+    """Start drawing into all 3D viewports; no effect if it is on already."""
+    _overlay.failed = False
+    if _overlay.handler is None:
+        _overlay.handler = bpy.types.SpaceView3D.draw_handler_add(
+            _draw_callback, (), "WINDOW", "POST_VIEW"
+        )
+    tag_redraw()
+
+
+def disable() -> None:
+    """Stop drawing and let go of everything; no effect if it is off already."""
+    if _overlay.handler is not None:
+        bpy.types.SpaceView3D.draw_handler_remove(_overlay.handler, "WINDOW")
+        _overlay.handler = None
+    _overlay.tools = None
+    set_cells(None)
+    hide_cells(False)
+    for layer in LAYER_WIDTH:
+        set_lines(layer, None)
+
+
+def set_cells(drawable: Drawable | None) -> None:
+    """Show these cells from the next draw on, or none."""
+    _overlay.failed = False
+    _overlay.drawn = None if drawable is None else _Drawn(drawable)
+    tag_redraw()
+
+
+def hide_cells(hidden: bool) -> None:
+    """Leave out the cells from the next draw on, whatever the display settings say."""
+    _overlay.cells_hidden = hidden
+    tag_redraw()
+
+
+def set_lines(layer: str, segments: np.ndarray | None, colours: np.ndarray | None = None) -> None:
+    """Show these thick lines in a layer from the next draw on, or none.
+
+    Parameters
+    ----------
+    layer : {RAY, EXHIBIT, PLANE}
+    segments : (k, 2, 3) array_like of float, or None
+        Both ends of each line in world space.
+    colours : (k, 4) array_like of float
+        sRGB and opacity of each line.
+    """
+    _overlay.failed = False
+    _overlay.layers.pop(layer, None)
+    if segments is not None and colours is not None and len(segments):
+        _overlay.layers[layer] = _Layer(segments, colours)
+    tag_redraw()
+
+
+def points_of(layers: Sequence[str]) -> np.ndarray:
+    """Return the ends of all lines in some layers, (n, 3) float32."""
+    shown = [_overlay.layers[name].segments for name in layers if name in _overlay.layers]
+    return np.concatenate([np.empty((0, 2, 3), np.float32), *shown]).reshape(-1, 3)
+
+
+def uploads() -> int:
+    """Return how many times geometry went to the graphics card since Blender started."""
+    return _overlay.uploads
+
+
+def tag_redraw() -> None:
+    """Have all 3D viewports of all windows drawn again."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+def shown_text(display: Any) -> str:
+    """Say how many cells the display settings show: ``"showing 1 203 of 4 096 cells"``."""
+    drawn = _overlay.drawn
+    if drawn and _overlay.cells_hidden:
+        return "cells hidden while an exhibit is shown"
+    return shown.in_words(drawn.drawable, display) if drawn else "no cells"
+
+
+# ---------------------------------------------------------------------------------- drawing
+
+
+def _draw_callback() -> None:
+    """Draw into the viewport that Blender is drawing; report the first failure and then stop."""
+    if _overlay.failed:
+        return
+    context = bpy.context
+    try:
+        properties = getattr(context.scene, "accelscope", None)
+        if properties is None or not context.space_data.overlay.show_overlays:
+            return
+        draw(properties.display, context.preferences.system.pixel_size)
+    except Exception as error:  # whatever it is, Blender would go on calling
+        # A failing callback would print its traceback again at every redraw of every viewport.
+        # Its removal waits for disable(): Blender is walking through the list of callbacks.
+        _overlay.failed = True
+        print_traceback(error)
+        print_lines("AccelScope: the overlay is off until there is something new to show", None)
+
+
+def draw(display: Any, pixel_size: float = 1.0) -> None:
+    """Draw cells and layers with the current matrices into the current frame buffer.
+
+    Parameters
+    ----------
+    display : object
+        Attributes show (cells and rays), depth_min, depth_max, leaves_only, hide_empty,
+        tint_empty, planes, replay, step, opacity, line_width, colour_by ("depth", "count" or
+        "order").
+    pixel_size : float
+        Pixels per unit of line width: 2 on a screen of high resolution.
+    """
+    drawn = None if _overlay.cells_hidden or not display.show else _overlay.drawn
+    layers = [layer for layer in LAYER_WIDTH if layer in _overlay.layers]
+    if not display.show and RAY in layers:
+        layers.remove(RAY)
+    if drawn is None and not layers:
+        return
+    if _overlay.tools is None:
+        _overlay.tools = _Tools(
+            overlay_shader.cells_shader(), overlay_shader.faces_shader(),
+            overlay_shader.paths_shader(), overlay_upload.cube_batch(),
+            overlay_upload.edge_batch(), overlay_upload.triangle_batch(),
+            overlay_upload.ramp_texture(),
+        )  # fmt: skip
+    before = gpu.state.blend_get(), gpu.state.depth_test_get(), gpu.state.depth_mask_get()
+    gpu.state.blend_set("ALPHA")
+    # Without the soft edges of one line cutting holes into the next.
+    gpu.state.depth_mask_set(False)
+    gpu.state.depth_test_set("LESS_EQUAL")
+    try:
+        if drawn is not None:
+            # Faces first: lines stay crisp on top of them.
+            _draw_faces(_overlay.tools, drawn, display)
+            _draw_lines(_overlay.tools, drawn, display, pixel_size)
+        for name in layers:
+            layer = _overlay.layers[name]
+            # Rays run through cells: there the crispest line is the one in front.
+            few = name != RAY and len(layer.segments) <= FEW_LINES
+            width = (display.line_width + LAYER_WIDTH[name]) * pixel_size
+            hidden = HIDDEN_OPACITY_OF_FEW if few else HIDDEN_OPACITY
+            _draw_layer(_overlay.tools, layer, width, hidden)
+    finally:
+        gpu.state.blend_set(before[0])
+        gpu.state.depth_test_set(before[1])
+        gpu.state.depth_mask_set(before[2])
+        # Blender remembers the bound shader by its address, and skips part of the binding of a new
+        # one that is made there after ours are gone (seen with Vulkan: wrong colours).
+        gpu.shader.from_builtin("UNIFORM_COLOR").bind()
+
+
+def _draw_faces(tools: _Tools, drawn: _Drawn, display: Any) -> None:
+    """Draw the planes, and the faces of empty leaves."""
+    drawable = drawn.drawable
+    if display.planes:
+        run = selection.depth_run(drawable.plane_faces.depth, display)
+        if run[1] > run[0]:
+            by_count = selection.coloured_by(drawable.extent, display) == "count"
+            shader = _bind_faces(tools, drawable, drawable.plane_faces, display, PLANE_COVER)
+            if by_count:
+                _set_plain_colour(shader, INNER_COLOUR)
+            shader.uniform_sampler("faces", drawn.plane_faces)
+            _draw_run(shader, tools.triangle, drawable.plane_faces.starts, *run)
+    if display.tint_empty:
+        run = selection.depth_run(drawable.empty_faces.depth, display)
+        if run[1] > run[0]:
+            shader = _bind_faces(tools, drawable, drawable.empty_faces, display, TINT_COVER)
+            _set_plain_colour(shader, EMPTY_TINT)
+            shader.uniform_sampler("faces", drawn.empty_faces)
+            _draw_run(shader, tools.triangle, drawable.empty_faces.starts, *run)
+
+
+def _bind_faces(
+    tools: _Tools, drawable: Drawable, faces: Faces, display: Any, cover: float
+) -> gpu.types.GPUShader:
+    """Bind the shader of faces, to draw them coloured as cells and so opaque that all `cover`."""
+    shader = tools.faces_shader
+    shader.bind()
+    overlay_shader.set_view(shader)
+    _set_colouring(shader, tools, drawable.extent, display)
+    shader.uniform_float("plain_colour", INNER_COLOUR)
+    step = selection.step_shown(drawable.extent, display)
+    area = faces.areas.total(display.depth_min, display.depth_max, step)
+    opacity = face_opacity(area, drawable.surface, cover * display.opacity)
+    shader.uniform_float("opacity", opacity)
+    return shader
+
+
+def _set_plain_colour(shader: gpu.types.GPUShader, colour: tuple[float, float, float]) -> None:
+    """Have all faces drawn in one colour."""
+    shader.uniform_int("coloured_by", overlay_shader.COLOURINGS["plain"])
+    shader.uniform_float("plain_colour", colour)
+
+
+def _draw_lines(tools: _Tools, drawn: _Drawn, display: Any, pixel_size: float) -> None:
+    """Draw the outlines of planes, and the edges of cells."""
+    drawable = drawn.drawable
+    width = display.line_width * pixel_size
+    shader = tools.cells_shader
+    shader.bind()
+    overlay_shader.set_view(shader, width)
+    _set_colouring(shader, tools, drawable.extent, display)
+    shader.uniform_float("opacity", display.opacity * min(width, 1.0))
+    shader.uniform_int("leaves_only", 0)
+    if display.planes:
+        first, last = selection.depth_run(drawable.plane_faces.depth, display)
+        if last > first:
+            _draw_some_lines(shader, tools.edge, drawn.plane_lines, first, last)
+
+    shader.uniform_int("leaves_only", display.leaves_only)
+    replayed = selection.step_shown(drawable.extent, display) is not None
+    # Backwards: what matters most comes last, and so on top.
+    for first, last in reversed(selection.drawn_runs(drawable.sections, display, replayed)):
+        if drawable.boxes.starts[last] > drawable.boxes.starts[first]:
+            _draw_some_lines(shader, tools.cube, drawn.boxes, first, last)
+        if drawable.edges.starts[last] > drawable.edges.starts[first]:
+            _draw_some_lines(shader, tools.edge, drawn.edges, first, last)
+
+
+def _draw_some_lines(
+    shader: gpu.types.GPUShader, shape: gpu.types.GPUBatch, lines: _LinesOnCard, first: int,
+    last: int,
+) -> None:  # fmt: skip
+    """Draw the lines of the items first ... last - 1."""
+    shader.uniform_sampler("cells", lines.ends)
+    shader.uniform_sampler("steps", lines.steps)
+    _draw_run(shader, shape, lines.starts, first, last)
+
+
+def _set_colouring(
+    shader: gpu.types.GPUShader, tools: _Tools, extent: selection.Extent, display: Any
+) -> None:
+    """Set the uniforms that say what colours mean, and which step of the building is shown."""
+    step = selection.step_shown(extent, display)
+    shader.uniform_int("shown_step", -1 if step is None else step)
+    colouring = selection.coloured_by(extent, display)
+    shader.uniform_int("coloured_by", overlay_shader.COLOURINGS[colouring])
+    shader.uniform_float("maximum", float(max(selection.colour_maximum(extent, display), 1)))
+    shader.uniform_sampler("colours", tools.colours)
+
+
+def _draw_run(
+    shader: gpu.types.GPUShader, shape: gpu.types.GPUBatch, starts: np.ndarray, first: int,
+    last: int,
+) -> None:  # fmt: skip
+    """Draw the shapes of the items first ... last - 1."""
+    begin, end = int(starts[first]), int(starts[last])
+    if end > begin:
+        # Our own offset: whether gl_InstanceID counts from instance_start differs.
+        shader.uniform_int("first", begin)
+        shape.draw_instanced(shader, instance_count=end - begin)
+
+
+def _draw_layer(tools: _Tools, layer: _Layer, width: float, hidden: float) -> None:
+    """Draw the lines of a layer, faint where they lie behind something."""
+    shader = tools.paths_shader
+    shader.bind()
+    overlay_shader.set_view(shader, width)
+    for depth_test, opacity in (("GREATER", hidden), ("LESS_EQUAL", 1.0)):
+        gpu.state.depth_test_set(depth_test)
+        shader.uniform_float("opacity", opacity)
+        layer.batch.draw(shader)

@@ -1,0 +1,272 @@
+"""Which cells the display settings show, and what their colours mean; without graphics.
+
+Cells are kept in three sections: leaves with primitives, inner nodes, empty leaves, each sorted by
+depth. So whatever the settings ask for is one run of cells per section.
+
+The panel and the overlay ask at every redraw, so all they ask is looked up in what was counted
+once, when the cells were made ready (:mod:`.drawable`). Only :func:`visible` goes through them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:  # only the types: the module of cells brings Numba in
+    from ...core.contract.cells import Cells
+
+MAXIMUM_DRAWN = 500_000
+"""Cells drawn at most; of more, leaves come first, then inner nodes, then the shallow ones."""
+
+MAXIMUM_HELD = 2_000_000
+"""Cells uploaded at most, 32 bytes each; of more, every section has its shallow ones."""
+
+MAXIMUM_CORNERS = 4_000_000
+"""Corners of the faces of those that are no boxes: no more edges than that, 32 bytes each."""
+
+MOST_DEPTH = 2**31 - 1
+"""No depth is larger: they are kept in 32 bits."""
+
+NEVER = 10**9
+"""A step of the building that never comes; single precision holds it."""
+
+MAXIMUM_FILLED = 50_000
+"""Empty leaves tinted and planes drawn at most: the shallow ones. More of them are a fog."""
+
+
+# ------------------------------------------------------------------------- what is counted once
+
+
+class Extent(NamedTuple):
+    """How far cells go: what colours, and the fields of the panel, range over.
+
+    Attributes
+    ----------
+    deepest : int
+        Depth of the deepest cell.
+    largest : int
+        Primitives in the fullest leaf.
+    last_step : int or None
+        Last step of the building; None where nobody knows the steps.
+    depths, first_steps : (levels,) int
+        All depths there are, and the step in which the first cell of each is made.
+    """
+
+    deepest: int
+    largest: int
+    last_step: int | None
+    depths: np.ndarray
+    first_steps: np.ndarray
+
+
+def extent_of(cells: Cells) -> Extent:
+    """Go through cells and note how far they go."""
+    starts = np.flatnonzero(np.diff(cells.depth, prepend=-1))
+    depths = cells.depth[starts]
+    last_step, first_steps = None, np.zeros(len(starts), dtype=np.int64)
+    if len(cells) and cells.divided is not None:
+        order = cells.extra["order"]
+        last_step, first_steps = int(order.max()), np.minimum.reduceat(order, starts)
+    deepest, largest = (int(values.max(initial=0)) for values in (depths, cells.count))
+    return Extent(deepest, largest, last_step, depths, first_steps)
+
+
+class Sections(NamedTuple):
+    """Cells in the order of their upload.
+
+    Attributes
+    ----------
+    order : (n,) int
+        Index of each cell in `Cells`.
+    depth : (n,) int32
+        Ascending within each section.
+    ends : (3,) int
+        Where each section ends: leaves with primitives, inner nodes, empty leaves.
+    total : int
+        Cells there are, uploaded or not.
+    """
+
+    order: np.ndarray
+    depth: np.ndarray
+    ends: np.ndarray
+    total: int
+
+
+def sections_of(cells: Cells) -> Sections:
+    """Sort cells into the three sections; within each they stay sorted by depth.
+
+    Of more cells than the graphics card is to hold, each section keeps its first ones.
+    """
+    empty = is_empty(cells)
+    parts = [np.flatnonzero(part) for part in (cells.is_leaf & ~empty, ~cells.is_leaf, empty)]
+    sizes = shares([len(part) for part in parts], MAXIMUM_HELD)
+    parts = [part[:size] for part, size in zip(parts, sizes, strict=True)]
+    if cells.faces is not None:
+        corners = np.zeros(len(cells), dtype=np.int64)
+        np.add.at(corners, cells.faces.owners, np.diff(cells.faces.offsets))
+        sums = [np.cumsum(corners[part]) for part in parts]
+        most = shares([int(each[-1]) if len(each) else 0 for each in sums], MAXIMUM_CORNERS)
+        sizes = [int(np.searchsorted(*pair, side="right")) for pair in zip(sums, most, strict=True)]
+        parts = [part[:size] for part, size in zip(parts, sizes, strict=True)]
+    order = np.concatenate(parts)
+    return Sections(order, cells.depth[order], np.cumsum([len(part) for part in parts]), len(cells))
+
+
+def shares(sizes: Sequence[int], most: int) -> list[int]:
+    """Divide `most` among parts: none gets more than its size, and what it leaves, others get."""
+    given, left = [0] * len(sizes), most
+    for rank, part in enumerate(np.argsort(sizes, kind="stable").tolist()):
+        given[part] = min(sizes[part], left // (len(sizes) - rank))
+        left -= given[part]
+    return given
+
+
+class Tally:
+    """Sums over cells by their depth and a step: of a range of depths, up to a step.
+
+    A sum is looked up level by level, however many cells there are.
+
+    Parameters
+    ----------
+    depth, step : (n,) int
+        Of each cell; steps from 0.
+    weight : (n,) float64, optional
+        What is summed up; otherwise cells are counted.
+    """
+
+    def __init__(
+        self, depth: np.ndarray, step: np.ndarray, weight: np.ndarray | None = None
+    ) -> None:
+        # Steps that never come are not looked for.
+        self._span = int(step[step < NEVER].max(initial=0)) + 2
+        keys = depth.astype(np.int64) * self._span + np.minimum(step, self._span - 1)
+        order = np.argsort(keys, kind="stable")
+        self._keys = keys[order]
+        self._levels = np.unique(depth).astype(np.int64)
+        weights = np.ones(len(keys)) if weight is None else weight[order]
+        self._sums = np.concatenate([[0.0], np.cumsum(weights)])
+
+    def total(self, low: int, high: int, step: int | None = None) -> float:
+        """Return the sum over depths `low` to `high` and steps 0 to `step`, or all that come."""
+        last = self._span - 2 if step is None else min(step, self._span - 2)
+        levels = self._levels[np.searchsorted(self._levels, low) :] * self._span
+        levels = levels[: np.searchsorted(levels, high * self._span, side="right")]
+        begins = np.searchsorted(self._keys, levels)
+        ends = np.searchsorted(self._keys, levels + last, side="right")
+        return float((self._sums[ends] - self._sums[begins]).sum())
+
+
+# ------------------------------------------------------------------------------- what is shown
+
+
+class Shown(NamedTuple):
+    """Display settings as plain values, which a thread may read (:mod:`..settings.properties`)."""
+
+    depth_min: int
+    depth_max: int
+    leaves_only: bool
+    hide_empty: bool
+    replay: bool
+    step: int
+    opacity: float
+    colour_by: str
+
+    @classmethod
+    def by(cls, display: Any) -> Shown:
+        """Return what display settings say now."""
+        return cls(*(getattr(display, name) for name in cls._fields))
+
+
+def is_empty(cells: Cells) -> np.ndarray:
+    """Return which cells are leaves without primitives, (n,) bool."""
+    return cells.is_leaf & (cells.count == 0)
+
+
+def step_shown(extent: Extent, display: Any) -> int | None:
+    """Return the step of the building up to which cells are shown; None shows all of them."""
+    return display.step if display.replay and extent.last_step is not None else None
+
+
+def visible(cells: Cells, display: Any) -> np.ndarray:
+    """Return which cells the display settings let through, (n,) bool."""
+    shown = (cells.depth >= display.depth_min) & (cells.depth <= display.depth_max)
+    is_leaf = cells.is_leaf
+    if display.replay and cells.divided is not None:
+        shown &= cells.extra["order"] <= display.step
+        is_leaf = cells.divided > display.step  # not divided yet
+    if display.leaves_only:
+        shown &= is_leaf
+    if display.hide_empty:
+        shown &= ~is_empty(cells)
+    return shown
+
+
+def depth_run(depth: np.ndarray, display: Any) -> tuple[int, int]:
+    """Return the piece of ascending depths within the range, as (first, last + 1)."""
+    # Of the same type: for another one NumPy would convert all depths first.
+    low, high = np.clip([display.depth_min, display.depth_max], 0, MOST_DEPTH).astype(depth.dtype)
+    first = int(np.searchsorted(depth, low, side="left"))
+    last = int(np.searchsorted(depth, high, side="right"))
+    return first, max(first, last)
+
+
+def runs(sections: Sections, display: Any, replayed: bool = False) -> list[tuple[int, int]]:
+    """Return the cells to draw in each section as (first, last + 1).
+
+    Parameters
+    ----------
+    replayed : bool
+        Only a part of the building is shown: inner nodes may be leaves as yet.
+    """
+    found = []
+    first = 0
+    hidden = (False, display.leaves_only and not replayed, display.hide_empty)
+    for end, is_hidden in zip(sections.ends.tolist(), hidden):
+        low, high = depth_run(sections.depth[first:end], display)
+        found.append((first, first) if is_hidden else (first + low, first + high))
+        first = end
+    return found
+
+
+def drawn_runs(sections: Sections, display: Any, replayed: bool = False) -> list[tuple[int, int]]:
+    """Return the runs cut to MAXIMUM_DRAWN cells in all.
+
+    While the building is replayed every section keeps its shallow ones, since the first steps are
+    seen by inner nodes only.
+    """
+    wanted = runs(sections, display, replayed)
+    sizes = [last - first for first, last in wanted]
+    if replayed:
+        most = shares(sizes, MAXIMUM_DRAWN)
+    else:
+        before = np.cumsum([0, *sizes[:-1]])
+        most = np.clip(MAXIMUM_DRAWN - before, 0, sizes).tolist()
+    return [(first, first + size) for (first, _), size in zip(wanted, most, strict=True)]
+
+
+def coloured_by(extent: Extent, display: Any) -> str:
+    """Return what colours mean: "depth", "count" or "order".
+
+    Counts not only by choice, but also where all cells have the same depth.
+    """
+    if display.colour_by == "order" and extent.last_step is not None:
+        return "order"
+    return "count" if extent.deepest == 0 or display.colour_by == "count" else "depth"
+
+
+def colour_maximum(extent: Extent, display: Any) -> int:
+    """Return the depth, count or step that gets the last colour of the ramp.
+
+    The depth only up to the deepest that is shown: a few levels take the whole ramp.
+    """
+    by = coloured_by(extent, display)
+    if by == "count":
+        return extent.largest
+    if by == "order":
+        return extent.last_step or 0
+    step, deepest = step_shown(extent, display), extent.deepest
+    if step is not None:
+        deepest = int(extent.depths[extent.first_steps <= step].max(initial=0))
+    return max(min(deepest, display.depth_max), 0)

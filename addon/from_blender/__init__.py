@@ -1,0 +1,1 @@
+"""What comes from Blender: meshes, cameras, lights, frames, and word of changes."""

@@ -1,0 +1,272 @@
+"""Extraction: the evaluated objects of a Blender scene as triangles in world space.
+
+Blender is read in its main thread, which stands still meanwhile. All that can be done without it
+(cutting polygons, placing triangles, looking at them) is done by :class:`RawScene` in any thread.
+
+Everything that Blender evaluates to a mesh is taken: meshes with their modifiers, curves, surfaces,
+text and metaballs, and every instance of them. Blender lists all of those, curves too, as mesh
+objects in ``depsgraph.object_instances``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+
+from ...core.errors import InputError
+from ...core.evaluation.records.environment import set_blender_version
+from ...core.memory import refuse_if_too_large
+from ...core.progress import SILENT, Progress
+from ...core.reading import refuse_if_no_file
+from ...core.scene import Scene
+from ..standard_streams import others_kept_silent
+from .fingerprint import hash_of
+from .mesh_check import (
+    corner_vertices,
+    invalid_meshes_emptied,
+    refuse_if_evaluated,
+    refuse_invalid_mesh,
+    refuse_invalid_meshes,
+)
+from .parts import Key, LocalMesh, Part
+from .view import View
+
+VISIBLE = "visible"
+SELECTED = "selected"
+SCOPES = {
+    VISIBLE: ("Visible", "All objects that are visible in the view layer"),
+    SELECTED: ("Selected", "Selected objects only, and what they instance"),
+}
+
+GEOMETRY_TYPES = {"MESH", "CURVE", "CURVES", "SURFACE", "FONT", "META", "POINTCLOUD", "VOLUME"}
+"""Types of objects that can evaluate to meshes, by geometry nodes at least."""
+
+BYTES_PER_TRIANGLE = 300  # at the peak of extracting
+
+
+class Found(NamedTuple):
+    """What Blender lists of a mesh in scope; `obj` only until it lists the next one."""
+
+    key: Key
+    name: str
+    obj: bpy.types.Object
+    matrix: np.ndarray  # (4, 4) float64, to world space
+
+
+# ----------------------------------------------------------------------------- reading Blender
+
+
+def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
+    """Return every mesh in scope, evaluated, in the order of Blender's depsgraph.
+
+    Parameters
+    ----------
+    scope : {"visible", "selected"}
+
+    Raises
+    ------
+    InputError
+        When there is none with faces, or one is invalid.
+    """
+    parts = []
+    known: dict[int, LocalMesh] = {}
+    for found in meshes_in_scope(depsgraph, scope):
+        address = found.obj.data.as_pointer()
+        if address not in known:
+            known[address] = _read_mesh(found.obj)
+        if len(known[address].sizes):
+            parts.append(Part(found.key, found.name, known[address], found.matrix))
+    if not parts:
+        if scope == SELECTED:
+            raise InputError(
+                "no mesh with faces is selected; select one, or set the scope to Visible"
+            )
+        raise InputError("no mesh with faces is visible; add or unhide one")
+    return parts
+
+
+def meshes_in_scope(depsgraph: bpy.types.Depsgraph, scope: str) -> Iterator[Found]:
+    """Yield every mesh in scope, evaluated, those without faces too."""
+    view_layer = depsgraph.view_layer
+    for instance in depsgraph.object_instances:
+        obj = instance.object
+        # Instances come and go during the iteration: nothing of them is kept but copies.
+        if obj.type != "MESH" or not instance.show_self:
+            continue
+        source = instance.parent if instance.is_instance else obj
+        if scope == SELECTED and not source.original.select_get(view_layer=view_layer):
+            continue
+        original, owner = obj.original, source.original
+        itself = original == owner
+        key = (0 if itself else owner.session_uid, original.session_uid)
+        name = original.name if itself else f"{owner.name}/{original.name}"
+        matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
+        yield Found(key, name, obj, matrix)
+
+
+def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
+    """Read the faces of an evaluated object."""
+    # In edit mode the evaluated data are still in the editor's form; to_mesh() converts them, and
+    # otherwise shares them without a copy.
+    mesh = obj.to_mesh()
+    try:
+        refuse_invalid_mesh(mesh, obj.original.name)
+        positions = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+        mesh.vertices.foreach_get("co", positions.ravel())
+        corners = corner_vertices(mesh)
+        sizes = np.full(len(mesh.polygons), 3, dtype=np.int32)
+        if len(corners) != 3 * len(sizes):  # no face of Blender's has fewer corners
+            mesh.polygons.foreach_get("loop_total", sizes)
+        return LocalMesh(positions, corners, sizes, hash_of(mesh))
+    finally:
+        obj.to_mesh_clear()
+
+
+def has_members(view_layer: bpy.types.ViewLayer, scope: str) -> bool:
+    """Say whether any object in scope may have geometry; cheap enough for a poll."""
+    return next(objects_in_scope(view_layer, scope), None) is not None
+
+
+def may_have_geometry(obj: bpy.types.Object) -> bool:
+    """Say whether an object may evaluate to meshes, or instance something that does."""
+    return obj.type in GEOMETRY_TYPES or obj.instance_type != "NONE"
+
+
+def objects_in_scope(view_layer: bpy.types.ViewLayer, scope: str) -> Iterator[bpy.types.Object]:
+    """Yield the objects in scope that may have geometry."""
+    for obj in view_layer.objects:
+        if not may_have_geometry(obj) or not obj.visible_get(view_layer=view_layer):
+            continue
+        if scope == VISIBLE or obj.select_get(view_layer=view_layer):
+            yield obj
+
+
+# ---------------------------------------------------------------------------- making the scene
+
+
+class RawScene(NamedTuple):
+    """A scene as Blender has it; to be made one of ours, for which Blender is not needed.
+
+    Attributes
+    ----------
+    parts : list of Part
+    name, source : str
+        See :class:`...core.scene.Scene`.
+    view : View
+    """
+
+    parts: list[Part]
+    name: str
+    source: str
+    view: View
+
+    @classmethod
+    def at(cls, context: bpy.types.Context, scope: str) -> RawScene:
+        """Return the scene that is open in Blender now.
+
+        Parameters
+        ----------
+        scope : {"visible", "selected"}
+
+        Raises
+        ------
+        InputError
+            When there is no mesh with faces, or one is invalid.
+        """
+        refuse_invalid_meshes(context.view_layer)
+        parts = collect(context.evaluated_depsgraph_get(), scope)
+        path = bpy.data.filepath
+        name = Path(path).stem if path else context.scene.name
+        return cls(parts, name, path or "unsaved Blender file", View.of(context))
+
+    def shape(self, progress: Progress = SILENT) -> Scene:
+        """Return its triangles: instances are expanded, each an object of its own.
+
+        Raises
+        ------
+        InputError
+            When there is no triangle that a ray could hit, or too many for the memory.
+        Cancelled
+            From `progress`.
+        """
+        # Its kernels need Numba, which is not to be loaded before somebody measures.
+        from ...core.geometry.triangulation import CUTTING, triangulate
+        from ...core.kernels import announcing
+
+        counts = [part.mesh.n_triangles for part in self.parts]
+        total = sum(counts)
+        refuse_if_too_large(
+            total * BYTES_PER_TRIANGLE, f"a scene of {total} triangles", "hide some objects"
+        )
+        triangles = np.empty((total, 3, 3))
+        cut: dict[int, np.ndarray] = {}  # of meshes, which live as long as their parts
+        first = 0
+        for part, count in zip(self.parts, counts, strict=True):
+            progress.report(first, total, "Taking triangles")
+            mesh = part.mesh
+            if id(mesh) not in cut:
+                # Not Blender's own triangles: those of files are cut in the same way as these.
+                with announcing(progress, CUTTING):
+                    cut[id(mesh)] = triangulate(mesh.positions, mesh.corners, mesh.sizes)
+                progress.report(first, total, "Taking triangles")
+            # Infinite coordinates turn into NaN here; such triangles are dropped in any case.
+            with np.errstate(invalid="ignore", over="ignore"):
+                world = mesh.positions @ part.matrix[:3, :3].T + part.matrix[:3, 3]
+            triangles[first : first + count] = world[cut[id(mesh)]]
+            first += count
+        progress.report(total, total, "Taking triangles")
+        return Scene.from_triangles(
+            triangles,
+            self.name,
+            self.source,
+            object_ids=np.repeat(np.arange(len(self.parts), dtype=np.int32), counts),
+            object_names=tuple(part.name for part in self.parts),
+        )
+
+
+def extract(context: bpy.types.Context, scope: str) -> Scene:
+    """Return the scene that is open in Blender, for the command line.
+
+    Parameters
+    ----------
+    scope : {"visible", "selected"}
+
+    Raises
+    ------
+    InputError
+        When there is no triangle that a ray could hit, or too many for the memory, or a mesh is
+        invalid.
+    """
+    with others_kept_silent():
+        raw = RawScene.at(context, scope)
+    return raw.view.onto(raw.shape())
+
+
+# ------------------------------------------------------------------------------ a file by its path
+
+
+def load_blend(path: str | Path) -> Scene:
+    """Open a .blend in this Blender and return its visible scene.
+
+    Raises
+    ------
+    InputError
+        When the file is missing or unreadable, a mesh of it is invalid, or it has nothing that a
+        ray could hit.
+    """
+    set_blender_version(bpy.app.version_string)
+    path = Path(path)
+    refuse_if_no_file(path)
+    try:
+        # No scripts: a file to be measured is not trusted to run anything. That is in the notes.
+        with others_kept_silent(), invalid_meshes_emptied() as faults:
+            bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
+            refuse_if_evaluated(bpy.context.evaluated_depsgraph_get(), faults)
+    except RuntimeError as error:
+        reason = " ".join(str(error).split()).removeprefix("Error: ")
+        raise InputError(f"{path} cannot be read: {reason}") from None
+    return extract(bpy.context, VISIBLE)

@@ -1,0 +1,1 @@
+"""What was built and traced, and is kept for the panels."""

@@ -1,0 +1,66 @@
+"""What work in a thread makes of a scene for the session to keep."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...core.progress import SILENT, Progress
+from ..drawing.drawable import Drawable, make_drawable
+from ..from_blender.snapshot import Snapshot
+from ..from_blender.view import View
+
+if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
+    from ...core.evaluation.records.experiment import Built
+    from ...core.lessons.exhibit import Exhibit
+    from ...core.scene import Scene
+
+
+class Outcome(NamedTuple):
+    """What a build makes: everything that takes long or may fail, done before any of it is kept."""
+
+    snapshot: Snapshot
+    built: Built
+    drawable: Drawable
+    record: dict[str, Any]
+    exhibits: list[Exhibit]
+
+    @classmethod
+    def of(
+        cls, snapshot: Snapshot, built: Built, progress: Progress = SILENT, **more: Any
+    ) -> Outcome:
+        """Compute all of it; runs in any thread.
+
+        Parameters
+        ----------
+        **more
+            What the record has in front.
+
+        Raises
+        ------
+        Cancelled
+            From `progress`.
+        """
+        from ...core.evaluation.records.experiment import make_record
+        from ...core.lessons import exhibits_of
+
+        structure = built.structure
+        record = more | make_record(built, None, progress)
+        drawable = make_drawable(structure.cells(progress), progress)
+        return cls(snapshot, built, drawable, record, exhibits_of(structure))
+
+
+def seen_from(built: Built, shape: Scene, view: View) -> Built:
+    """Return a structure with a camera and lights; rays start from them. Runs in any thread.
+
+    Moving them does not make the structure out of date.
+
+    Parameters
+    ----------
+    shape : Scene
+        The triangles that were built over.
+    """
+    structure = copy.copy(built.structure)
+    structure.scene = view.onto(shape)
+    return dataclasses.replace(built, structure=structure)

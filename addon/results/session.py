@@ -1,0 +1,344 @@
+"""Session: what has been built and traced, kept outside of Blender's data.
+
+Results are Python objects that no .blend can hold and no undo step should copy. They survive undo
+and are dropped when another file is loaded. Whether they are still those of the scene is watched
+(:mod:`..from_blender.watching`); nothing is rebuilt by itself.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import bpy
+import numpy as np
+from bpy.app.handlers import persistent
+
+from ...core.errors import InputError
+from ...core.printing import print_lines
+from .. import handlers, jobs
+from ..drawing import overlay
+from ..drawing.drawable import Drawable
+from ..from_blender import watching
+from ..from_blender.snapshot import Look, Snapshot, Taken
+from ..settings import choices, generated
+from .outcome import Outcome
+from .showcase import Showcase
+from .split_plane import SplitPlaneSettings, SplitView
+from .wording import refusal_in_panel
+
+if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
+    from ...core.contract.cells import Cells
+    from ...core.contract.steps import Steps
+    from ...core.evaluation.pages.ray_path import Walk
+    from ...core.evaluation.records.experiment import Built, Traced
+
+
+class Status(NamedTuple):
+    """Whether the results belong to what Blender shows, and if not, why."""
+
+    up_to_date: bool
+    text: str
+
+
+@dataclass
+class Session:
+    """The results; all None before the first build.
+
+    Attributes
+    ----------
+    snapshot : Snapshot
+        What was built over.
+    built : Built
+    drawable : Drawable
+        Its cells, as the overlay draws them.
+    record : dict
+        The figures, those of the traced rays included.
+    traced : Traced
+    steps : Steps
+        The recorded walk of ray number `step_index`.
+    legend : list of (str, str)
+        What is drawn of that walk: names of colours, and texts.
+    linked_leaf : int
+        Number of the leaf whose links are drawn, -1 for none.
+    links : tuple of (segments, colours)
+        The picture of those links.
+    showcase : Showcase
+        Exhibits of the structure; empty before the first build.
+    timeline : list of dict
+        The records of the last comparison over the timeline.
+    split_view : SplitView
+        The plane that divides the scene.
+    """
+
+    snapshot: Snapshot | None = None
+    built: Built | None = None
+    drawable: Drawable | None = None
+    record: dict[str, Any] | None = None
+    traced: Traced | None = None
+    steps: Steps | None = None
+    step_index: int = -1
+    legend: list[tuple[str, str]] = field(default_factory=list)
+    linked_leaf: int = -1
+    links: tuple[np.ndarray, np.ndarray] | None = None
+    showcase: Showcase = field(default_factory=Showcase)
+    timeline: list[dict[str, Any]] = field(default_factory=list)
+    split_view: SplitView | None = None
+
+    # Storing results.
+
+    def take(self, context: bpy.types.Context, scope: str) -> Taken:
+        """Take the scene from Blender for work to come, and keep an eye on it from now on.
+
+        Raises
+        ------
+        InputError
+            When there is nothing to build over, or a mesh is invalid.
+        """
+        taken = Taken.at(context, scope)
+        self.watch(taken.look)
+        return taken
+
+    def watch(self, *looks: Look) -> None:
+        """Keep an eye on what is looked at by work under way, too; it may come to nothing."""
+        own = [self.snapshot.look] if self.snapshot else []
+        watching.watched[:] = [*own, *looks]
+
+    def set_built(self, outcome: Outcome) -> None:
+        """Replace everything by a new structure, and draw it."""
+        view = SplitView(outcome.built.structure.scene)
+        overlay.set_cells(outcome.drawable)
+        self.snapshot, self.built = outcome.snapshot, outcome.built
+        self.drawable, self.record = outcome.drawable, outcome.record
+        self.traced, self.timeline = None, []
+        self.showcase = Showcase(outcome.exhibits)
+        self.split_view = view
+        self.watch()
+        self._clear_paths()
+        overlay.enable()
+
+    def set_traced(self, traced: Traced, record: dict[str, Any]) -> None:
+        """Keep traced rays and the record that has them."""
+        self.traced, self.record = traced, record
+        self._clear_paths()
+
+    def set_steps(self, index: int, steps: Steps) -> None:
+        """Keep the walk of one traced ray."""
+        self.step_index, self.steps = index, steps
+
+    def set_links(self, number: int, picture: tuple[np.ndarray, np.ndarray] | None) -> None:
+        """Keep the leaf whose links are drawn, -1 for none, and how."""
+        self.linked_leaf, self.links = number, picture
+
+    def draw_paths(self, event: int | None = None) -> None:
+        """Draw the recorded ray, up to an event if one is given, and the links of the leaf."""
+        from ...core.evaluation.pages.ray_path import legend, segments_of
+
+        paths = [] if self.links is None else [self.links]
+        if self.steps is not None:
+            walk = self._walk()
+            paths.append(segments_of(walk, event))
+            self.legend = legend(walk, event)
+        if paths:
+            overlay.set_lines(overlay.RAY, *(np.concatenate(parts) for parts in zip(*paths)))
+        else:
+            overlay.set_lines(overlay.RAY, None)
+
+    def show_exhibit(self, context: bpy.types.Context) -> None:
+        """Draw the frame that the panel asks for; one that has still to be made starts a job."""
+        drawn = self.showcase.draw(context.scene.accelscope.exhibits)
+        if not drawn:
+            make_frame_soon(context.scene)
+
+    def show_plane(self, context: bpy.types.Context) -> None:
+        """Draw the plane that the panel asks for, or none; the first of an axis starts a job."""
+        if self.split_view is None:
+            return
+        group = context.scene.accelscope.split_plane
+        settings = generated.read(group, SplitPlaneSettings, "Split Plane")
+        drawn = self.split_view.draw(settings if group.show else None)
+        if not drawn:
+            make_frame_soon(context.scene)
+
+    def _walk(self) -> Walk:
+        from ...core.evaluation.pages.ray_path import Walk
+
+        assert self.built is not None
+        assert self.cells is not None
+        assert self.traced is not None
+        assert self.steps is not None
+        return Walk(
+            self.built.structure, self.cells, self.traced.rays, self.step_index,
+            float(self.traced.hits.t[self.step_index]), self.steps,
+        )  # fmt: skip
+
+    def _clear_paths(self) -> None:
+        self._forget_paths()
+        overlay.set_lines(overlay.RAY, None)
+
+    def _forget_paths(self) -> None:
+        self.step_index, self.steps, self.legend = -1, None, []
+        self.linked_leaf, self.links = -1, None
+
+    def clear(self) -> None:
+        """Drop all results and stop drawing."""
+        if self.built is not None:
+            overlay.disable()
+        self.snapshot = self.built = self.drawable = self.record = self.traced = None
+        self.showcase, self.split_view = Showcase(), None
+        self.timeline = []
+        self.watch()
+        self._forget_paths()
+
+    # Asking.
+
+    @property
+    def cells(self) -> Cells | None:
+        """The cells of the structure; None before the first build."""
+        return None if self.drawable is None else self.drawable.cells
+
+    def status(self, context: bpy.types.Context, at_once: bool = True) -> Status:
+        """Say whether the structure is that of the scene and the settings as they are now.
+
+        Parameters
+        ----------
+        at_once : bool
+            Compare now whatever may have changed. A panel must not: it takes too long, and
+            Blender allows no evaluation there; it is told that the comparison is under way.
+        """
+        if self.built is None or self.snapshot is None:
+            return Status(False, "Nothing has been built yet")
+        look = self.snapshot.look
+        if look.owner != context.scene.session_uid:
+            return Status(False, "Built over another scene of this file")
+        if at_once:
+            depsgraph = context.evaluated_depsgraph_get()
+            if not look.is_settled_for(depsgraph.view_layer):
+                look.compare(depsgraph)
+        is_settled = look.is_settled_for(context.view_layer)
+        if not is_settled:
+            watching.compare_soon()
+        change = look.change_in(context.view_layer) if is_settled else ""
+        reason = change or self._other_settings(context)
+        if reason:
+            return Status(False, f"Out of date: {reason}")
+        if is_settled:
+            return Status(True, "Up to date")
+        if watching.is_playing():
+            return Status(False, "Compared with the scene when the animation stops")
+        return Status(False, "Comparing with the scene...")
+
+    def _other_settings(self, context: bpy.types.Context) -> str:
+        """Return in which way the settings are not those that were built with; "" if they are."""
+        assert self.built is not None
+        assert self.snapshot is not None
+        root = context.scene.accelscope
+        if root.scope != self.snapshot.look.scope:
+            return "the scope was changed"
+        try:
+            structure, settings = choices.structure_and_settings(root)
+        except InputError as error:
+            return refusal_in_panel(error)
+        if structure is not type(self.built.structure):
+            return f"{self.built.structure.label} was built"
+        return "" if settings == self.built.structure.settings else "the settings were changed"
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what the file has and the scene that was built over has not, in sentences."""
+        return self.snapshot.scene.notes if self.snapshot else ()
+
+    def has_links(self) -> bool:
+        """Say whether the structure links leaves to their neighbours."""
+        return self.built is not None and self.built.structure.has_links
+
+    def event_text(self, event: int) -> str:
+        """Say what happens in an event of the recorded ray."""
+        from ...core.evaluation.pages.ray_path import event_text
+
+        assert self.steps is not None
+        return event_text(self.steps, event)
+
+    def hit_text(self) -> str:
+        """Say what the recorded ray hits: ``"hits triangle 7 of Cube at t = 2.5"``."""
+        assert self.built is not None
+        assert self.traced is not None
+        scene, hits = self.built.structure.scene, self.traced.hits
+        primitive = int(hits.primitive[self.step_index])
+        if primitive < 0:
+            return "hits nothing"
+        name = scene.object_names[scene.object_ids[primitive]]
+        return f"hits triangle {primitive} of {name} at t = {hits.t[self.step_index]:.6g}"
+
+
+current = Session()
+
+
+# ------------------------------------------------------------------------- beside the results
+
+
+_asking_scene = 0
+"""Session id of the scene whose panels have asked for a frame last."""
+
+
+def make_frame_soon(scene: bpy.types.Scene) -> None:
+    """Make the frame or the plane that panels of a scene ask for, once Blender is done with them.
+
+    A list that is open, and a field that is dragged, have handlers of their own. A job adds one,
+    and Blender has crashed when that came about while it was in theirs.
+    """
+    global _asking_scene
+    _asking_scene = scene.session_uid
+    if bpy.app.background:
+        _make_frame()
+    elif not bpy.app.timers.is_registered(_make_frame):
+        bpy.app.timers.register(_make_frame)
+
+
+def _make_frame() -> None:
+    # The job that is under way may be another one: the panel has a button to try again.
+    if jobs.running() is not None:
+        return
+    windows = list(bpy.context.window_manager.windows)
+    asking = [window for window in windows if window.scene.session_uid == _asking_scene]
+    window = next(iter(asking or windows), None)  # which a job needs
+    with watching.in_window(window) if window else contextlib.nullcontext():
+        # Clicks on something else may have come in between.
+        if not bpy.ops.accelscope.show_frame.poll():
+            return
+        try:
+            bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
+        except RuntimeError as error:
+            # What the operator has reported is said in the panel already.
+            print_lines(f"AccelScope: {' '.join(str(error).split())}", sys.stderr)
+
+
+@persistent
+def _before_load(*_: Any) -> None:
+    jobs.abandon()
+
+
+@persistent
+def _after_load(*_: Any) -> None:
+    current.clear()
+    jobs.forget_refusal()
+
+
+HANDLERS = (
+    ("load_pre", _before_load),
+    ("load_post", _after_load),
+)
+
+
+def register() -> None:
+    """Start listening to Blender, which may load another file."""
+    handlers.listen(HANDLERS)
+
+
+def unregister() -> None:
+    """Stop listening and drop all results."""
+    if bpy.app.timers.is_registered(_make_frame):
+        bpy.app.timers.unregister(_make_frame)
+    handlers.stop_listening(HANDLERS)
+    current.clear()

@@ -1,0 +1,49 @@
+"""What is chosen in the panel: a structure and rays, with their settings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .generated import read
+
+
+def structure_chosen(root: Any) -> Any:
+    """Return the class of the chosen structure."""
+    from ...core.structures import structure_named
+
+    return structure_named(root.structure)
+
+
+def structures_cut_by_planes() -> list[Any]:
+    """Return the structures whose planes can be drawn, and whose building can be replayed."""
+    from ...core.structures import structures
+
+    return [each for each in structures().values() if each.is_cut_by_planes]
+
+
+def structure_and_settings(root: Any) -> tuple[type, Any]:
+    """Return the chosen structure and its settings.
+
+    Raises
+    ------
+    InputError
+        For a value outside its limits.
+    """
+    structure = structure_chosen(root)
+    group = getattr(root.structures, structure.name)
+    return structure, read(group, structure.Settings, structure.label)
+
+
+def workload_and_settings(root: Any) -> tuple[type, Any]:
+    """Return the chosen workload and its settings.
+
+    Raises
+    ------
+    InputError
+        For a value outside its limits.
+    """
+    from ...core.evaluation.rays.workloads import workload_named
+
+    workload = workload_named(root.workload)
+    group = getattr(root.workloads, workload.name)
+    return workload, read(group, workload.Settings, workload.label)

@@ -1,0 +1,302 @@
+"""Properties: everything the user can set, as Blender properties of the scene.
+
+Those of structures and workloads are :mod:`.generated` from their settings.
+
+``scene.accelscope`` is made on first use. Knowing the settings means importing the structures, and
+with them Numba: half a second that every start of Blender would wait for otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ..drawing import overlay
+from ..from_blender import extraction
+from ..results import session
+from ..results.split_plane import SplitPlaneSettings
+from .generated import enum_of, group_type, properties_of
+from .ranges import range_properties
+
+COLOURINGS = {
+    "depth": ("Depth", "From the root to the deepest cell"),
+    "count": ("Count", "By the number of primitives in the leaf"),
+    "order": ("Build Step", "By the step of the building that made the cell, if that is known"),
+}
+
+_loaded: list[type] = []
+"""Property groups that are registered; the root is the last."""
+
+
+# ------------------------------------------------------------------------------ scene.accelscope
+
+
+def _redraw(group: Any, context: bpy.types.Context) -> None:
+    overlay.tag_redraw()
+
+
+def _redraw_ray(root: Any, context: bpy.types.Context) -> None:
+    session.current.draw_paths(event_shown(root))
+
+
+def _show_exhibit(group: Any, context: bpy.types.Context) -> None:
+    session.current.show_exhibit(context)
+
+
+def _show_plane(group: Any, context: bpy.types.Context) -> None:
+    session.current.show_plane(context)
+
+
+NO_EXHIBIT = ("", "None", "What was built has no exhibits")
+
+_exhibit_items: list[tuple[str, str, str]] = []
+"""Blender does not keep the texts of a list that a function returns."""
+
+
+def _list_exhibits(group: Any, context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
+    exhibits = session.current.showcase.exhibits
+    _exhibit_items[:] = [(e.name, e.label, e.description) for e in exhibits] or [NO_EXHIBIT]
+    return _exhibit_items
+
+
+def _get_exhibit(group: Any) -> int:
+    """Return the number of the exhibit in the list; only its name outlives the structure."""
+    showcase = session.current.showcase
+    exhibit = showcase.chosen(group)
+    return 0 if exhibit is None else showcase.exhibits.index(exhibit)
+
+
+def _set_exhibit(group: Any, number: int) -> None:
+    exhibits = session.current.showcase.exhibits
+    if exhibits:
+        # Not a frame of the exhibit before.
+        group.show = False
+        group.frame = 0
+        group.chosen = exhibits[number].name
+        group.show = True
+
+
+def event_shown(root: Any) -> int | None:
+    """Return the event up to which the recorded ray is shown; None shows the whole walk."""
+    return root.event if root.step_events and _last_event(root) is not None else None
+
+
+def _last_event(root: Any) -> int | None:
+    steps = session.current.steps
+    return len(steps) - 1 if steps else None
+
+
+def _last_ray(root: Any) -> int | None:
+    traced = session.current.traced
+    return None if traced is None else len(traced.rays) - 1
+
+
+def _last_frame(group: Any) -> int | None:
+    exhibit = session.current.showcase.chosen(group)
+    return None if exhibit is None else exhibit.count - 1
+
+
+def _deepest(group: Any) -> int | None:
+    drawable = session.current.drawable
+    return None if drawable is None else drawable.extent.deepest
+
+
+def _last_step(group: Any) -> int | None:
+    drawable = session.current.drawable
+    return None if drawable is None else drawable.extent.last_step
+
+
+def _display_properties() -> dict[str, Any]:
+    """Return what decides how cells are drawn; the overlay reads it."""
+    return {
+        "show": BoolProperty(
+            name="Show Cells", description="Draw the cells and the recorded ray over the scene",
+            default=True, update=_redraw,
+        ),
+        **range_properties(
+            "depth_min", _deepest, label="Depth Min",
+            description="Least depth of the cells drawn; the root has depth 0", update=_redraw,
+        ),
+        **range_properties(
+            "depth_max", _deepest, label="Max", default=100, open_end=True,
+            description="Largest depth of the cells drawn", update=_redraw,
+        ),
+        "leaves_only": BoolProperty(
+            name="Leaves Only", description="Leave out inner nodes", default=False, update=_redraw,
+        ),
+        "hide_empty": BoolProperty(
+            name="Hide Empty", description="Leave out the edges of leaves without primitives",
+            default=True, update=_redraw,
+        ),
+        "tint_empty": BoolProperty(
+            name="Tint Empty", description="Draw the faces of leaves without primitives, tinted",
+            default=False, update=_redraw,
+        ),
+        "planes": BoolProperty(
+            name="Planes",
+            description="Draw the planes that cut inner nodes, each within its own cell",
+            default=False, update=_redraw,
+        ),
+        "replay": BoolProperty(
+            name="Replay", description="Show the building up to one of its steps",
+            default=False, update=_redraw,
+        ),
+        **range_properties(
+            "step", _last_step, label="Build Step",
+            description="Step of the building; the cells it made are white. Step 0 is the root",
+            update=_redraw,
+        ),
+        "opacity": FloatProperty(
+            name="Opacity", description="Opacity of edges; tints and planes follow it",
+            default=0.6, min=0.0, max=1.0, subtype="FACTOR", update=_redraw,
+        ),
+        "line_width": FloatProperty(
+            name="Line Width", description="Width of the cells' edges in pixels",
+            default=1.0, min=0.5, max=10.0, update=_redraw,
+        ),
+        "colour_by": enum_of(
+            COLOURINGS, name="Colour By", description="What the colour of a cell means",
+            default="depth", update=_redraw,
+        ),
+    }  # fmt: skip
+
+
+def _exhibit_properties() -> dict[str, Any]:
+    """Return what decides which exhibit is drawn."""
+    return {
+        "show": BoolProperty(
+            name="Show Exhibit", description="Draw a frame of the exhibit over the scene",
+            default=False, update=_show_exhibit,
+        ),
+        "chosen": StringProperty(
+            name="Name", description="Name of the exhibit; otherwise it is the first",
+            update=_show_exhibit,
+        ),
+        "exhibit": EnumProperty(
+            name="Exhibit", description="What is shown of the structure and of its building",
+            items=_list_exhibits, get=_get_exhibit, set=_set_exhibit,
+        ),
+        **range_properties(
+            "frame", _last_frame, label="Frame",
+            description="Frame of the exhibit; the first is 0", update=_show_exhibit,
+        ),
+        "alone": BoolProperty(
+            name="Hide Cells", description="Leave out the cells while an exhibit is shown",
+            default=True, update=_show_exhibit,
+        ),
+    }  # fmt: skip
+
+
+def _split_plane_properties() -> dict[str, Any]:
+    """Return where the plane is that divides the scene."""
+    show = BoolProperty(
+        name="Show Plane", description="Draw a plane that divides the scene, and what it costs",
+        default=False, update=_show_plane,
+    )  # fmt: skip
+    return {"show": show, **properties_of(SplitPlaneSettings, update=_show_plane)}
+
+
+def is_loaded() -> bool:
+    """Say whether ``scene.accelscope`` exists already; panels must not make it."""
+    return bool(_loaded)
+
+
+def load() -> None:
+    """Make the property groups and put them on the scene.
+
+    Blender refuses this (RuntimeError) while it draws a panel.
+    """
+    if _loaded:
+        return
+    from ...core.evaluation.rays.workloads import workloads
+    from ...core.structures import structures
+
+    def make(name: str, properties: Mapping[str, Any]) -> type:
+        group = group_type(name, properties)
+        bpy.utils.register_class(group)
+        _loaded.append(group)
+        return group
+
+    def make_all(kind: str, entries: Mapping[str, Any]) -> type:
+        groups = {
+            name: PointerProperty(type=make(f"{kind}_{name}", properties_of(entry.Settings)))
+            for name, entry in entries.items()
+        }
+        return make(f"{kind}s", groups)
+
+    def choice_of(entries: Mapping[str, Any], default: str, **options: Any) -> Any:
+        choices = {name: (entry.label, entry.summary) for name, entry in entries.items()}
+        return enum_of(choices, default=default, **options)
+
+    root = {
+        "scope": enum_of(
+            extraction.SCOPES,
+            name="Scope", description="Which objects are built over", default=extraction.VISIBLE,
+        ),
+        "structure": choice_of(
+            structures(), "bvh", name="Structure", description="Acceleration structure to build"
+        ),
+        "structures": PointerProperty(type=make_all("structure", structures())),
+        "workload": choice_of(
+            workloads(), "camera", name="Rays", description="Set of rays to trace"
+        ),
+        "workloads": PointerProperty(type=make_all("workload", workloads())),
+        "display": PointerProperty(type=make("display", _display_properties())),
+        "exhibits": PointerProperty(type=make("exhibits", _exhibit_properties())),
+        "split_plane": PointerProperty(type=make("split_plane", _split_plane_properties())),
+        **range_properties(
+            "ray_index", _last_ray, label="Ray",
+            description="Number of the ray to step through; the first is 0",
+        ),
+        "step_events": BoolProperty(
+            name="Event by Event", description="Show the recorded walk up to one of its events",
+            default=False, update=_redraw_ray,
+        ),
+        **range_properties(
+            "event", _last_event, label="Event",
+            description="Event of the recorded walk; the first is 0", update=_redraw_ray,
+        ),
+    }  # fmt: skip
+    bpy.types.Scene.accelscope_settings = PointerProperty(type=make("root", root))
+
+
+def load_soon() -> None:
+    """Make the properties as soon as Blender has finished drawing."""
+    if not bpy.app.timers.is_registered(_load_and_redraw):
+        bpy.app.timers.register(_load_and_redraw, first_interval=0.01)
+
+
+def _load_and_redraw() -> None:
+    load()
+    overlay.tag_redraw()
+
+
+def _root_of(scene: bpy.types.Scene) -> Any:
+    """Return the settings of a scene: what ``scene.accelscope`` is."""
+    load()
+    return scene.accelscope_settings
+
+
+def register() -> None:
+    """Give scenes their ``accelscope``; the groups behind it come on first use."""
+    bpy.types.Scene.accelscope = property(_root_of)
+
+
+def unregister() -> None:
+    """Take it all away; the values stay in the file."""
+    if bpy.app.timers.is_registered(_load_and_redraw):
+        bpy.app.timers.unregister(_load_and_redraw)
+    del bpy.types.Scene.accelscope
+    if _loaded:
+        del bpy.types.Scene.accelscope_settings
+    while _loaded:
+        bpy.utils.unregister_class(_loaded.pop())

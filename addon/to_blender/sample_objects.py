@@ -1,0 +1,85 @@
+"""Sample objects: a core Scene as objects in Blender, with its camera and lights."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from ...core.scene import POINT, Camera, Scene
+from ..from_blender import extraction
+
+
+def add_scene(context: bpy.types.Context, scene: Scene, label: str) -> bpy.types.Collection:
+    """Add a scene's objects, in a collection of their own, and select them.
+
+    Parameters
+    ----------
+    label : str
+        Name of the collection.
+    """
+    collection = bpy.data.collections.new(label)
+    context.scene.collection.children.link(collection)
+    for obj in context.selected_objects:
+        obj.select_set(False)
+    for number, name in enumerate(scene.object_names):
+        mesh = mesh_of(scene.triangles[scene.object_ids == number], name)
+        obj = bpy.data.objects.new(name, mesh)
+        collection.objects.link(obj)
+        obj.select_set(True)
+        context.view_layer.objects.active = obj
+    if scene.camera:
+        context.scene.camera = _add_camera(collection, scene.camera, scene.diagonal, label)
+    for position in (light.position for light in scene.lights if light.kind == POINT):
+        light = bpy.data.objects.new(f"{label} Light", bpy.data.lights.new(label, "POINT"))
+        # Watts that light a surface at the scene's distance about as the default lamp does.
+        light.data.energy = 30.0 * max(scene.diagonal, float(np.linalg.norm(position))) ** 2
+        light.location = position
+        collection.objects.link(light)
+    return collection
+
+
+def hide_others(context: bpy.types.Context) -> list[str]:
+    """Hide all objects that a build would take; return their names."""
+    others = list(extraction.objects_in_scope(context.view_layer, extraction.VISIBLE))
+    for obj in others:
+        obj.hide_set(True, view_layer=context.view_layer)
+    return [obj.name for obj in others]
+
+
+def mesh_of(triangles: np.ndarray, name: str) -> bpy.types.Mesh:
+    """Return triangles (n, 3, 3) as a mesh; equal corners become one vertex."""
+    corners = np.ascontiguousarray(triangles, dtype=np.float32).reshape(-1, 3) + np.float32(0.0)
+    # As opaque bytes: ten times faster than np.unique by rows. Adding 0 above makes -0 a 0.
+    rows = corners.view(np.dtype((np.void, 12))).ravel()
+    _, first, vertices = np.unique(rows, return_index=True, return_inverse=True)
+    count = len(triangles)
+    mesh = bpy.data.meshes.new(name)
+    mesh.vertices.add(len(first))
+    mesh.vertices.foreach_set("co", corners[first].ravel())
+    mesh.loops.add(3 * count)
+    mesh.loops.foreach_set("vertex_index", vertices.ravel().astype(np.int32))
+    mesh.polygons.add(count)
+    mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.int32))
+    mesh.update(calc_edges=True)
+    return mesh
+
+
+def _add_camera(
+    collection: bpy.types.Collection, camera: Camera, diagonal: float, label: str
+) -> bpy.types.Object:
+    """Add a camera object that sees what a pinhole camera sees."""
+    data = bpy.data.cameras.new(label)
+    data.angle = np.radians(camera.fov)
+    data.clip_end = max(data.clip_end, 100.0 * diagonal)
+    back = camera.position - camera.target
+    back = back / np.linalg.norm(back)
+    right = np.cross(camera.up, back)
+    right /= np.linalg.norm(right)
+    obj = bpy.data.objects.new(f"{label} Camera", data)
+    matrix = np.eye(4)
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = right, np.cross(back, right), back
+    matrix[:3, 3] = camera.position
+    obj.matrix_world = Matrix(matrix.tolist())
+    collection.objects.link(obj)
+    return obj

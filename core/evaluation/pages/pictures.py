@@ -1,0 +1,367 @@
+"""Pictures of cells over the mesh, and a page that shows them beside their figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...colours import EMPTY_TINT, depth_colours, face_opacity
+from ...contract.cells import Cells
+from ...contract.outlines import faces_of, triangles_of, wires_of
+from ...contract.steps import VISIT_EMPTY, VISIT_LEAF
+from ...contract.structure import Structure
+from ...geometry.box_shape import surface_area
+from ...geometry.rays import Rays
+from ...lessons import exhibits_of
+from ...printing import in_html
+from ...settings import to_text
+from ..records.experiment import Built
+from ..records.report import figures, show_integer, write_text
+from .exhibit_pictures import ExhibitPainter
+from .png import write_png
+from .ray_path import ON_LIGHT, Walk, legend, links_of, segments_of
+from .view import View
+
+MOST_CELLS = 20_000
+"""Cells in one picture; more of them are a grey mass."""
+
+MOST_TINTED = 40_000
+"""Empty leaves tinted in one picture: the largest."""
+
+TINT_COVER, PLANE_COVER = 0.45, 0.35
+"""Share of the view that tinted empty leaves, and planes, cover together."""
+
+SNAPSHOTS = (1 / 16, 1 / 4)
+"""When the building is shown: shares of its steps."""
+
+CANDIDATES = 32
+"""Rays of which one is shown."""
+
+MOST_OF_NAME = 40
+"""Characters of a name in the name of a file, which may have 255 bytes."""
+
+LEGIBLE = 0.03
+"""Size from which a cell is told apart from its neighbours, as a share of the picture's width."""
+
+
+def shown_levels(cells: Cells) -> int:
+    """Return how many levels from the root give a picture one can still read."""
+    per_level = np.bincount(cells.depth)
+    return max(int((np.cumsum(per_level) <= 160).sum()), 1)
+
+
+class Gallery:
+    """A folder of pictures and the page that shows them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._views: dict[str, View] = {}
+        self._painters: dict[str, ExhibitPainter] = {}
+        self._rows: list[str] = []
+        self._names: set[str] = set()
+
+    def add_failure(
+        self, scene: str, structure: type[Structure], settings: Any, reason: str
+    ) -> None:
+        """Say on the page why a structure is not on it."""
+        self._rows.append(
+            f"<section>{heading(scene, structure.label, settings)}"
+            f'<p class="failed">{in_html(reason)}</p></section>'
+        )
+
+    def add(
+        self, built: Built, records: list[dict[str, Any]], batches: Sequence[Rays] = ()
+    ) -> None:
+        """Draw a structure: its upper levels, its leaves, its building, a ray's walk, exhibits.
+
+        Of several batches of rays that were traced, one that is a single ray is the ray to show;
+        without any, one is chosen.
+        """
+        structure = built.structure
+        scene = structure.scene
+        if scene.source not in self._views:
+            self._views = {scene.source: View(scene)}  # only the last: scenes come one by one
+        view = self._views[scene.source]
+        cells = structure.cells()
+        stem = self._free_name(f"{scene.name}-{structure.name}")
+        pictures = []
+        if not cells.is_leaf.all():
+            pictures.append(("levels", *picture_of_levels(view, cells)))
+        pictures.append(("leaves", *picture_of_leaves(view, cells)))
+        if "order" in cells.extra:
+            for number, share in enumerate(SNAPSHOTS, 1):
+                pictures.append((f"built-{number}", *picture_of_building(view, cells, share)))
+        if len(cells) > 1:
+            single = next((rays for rays in batches if len(rays) == 1), None)
+            walk = walk_to_show(view, structure, cells, single)
+            pictures.append(("ray", *picture_of_ray(view, walk)))
+            if structure.has_links:
+                pictures.append(("links", *picture_of_links(view, walk)))
+        shown = []
+        for kind, caption, image in pictures:
+            file = f"{stem}-{kind}.png"
+            write_png(self.folder / file, image)
+            shown.append((file, caption))
+        exhibits = "".join(self._exhibits(structure, stem))
+        self._rows.append(section(built, records, shown, exhibits))
+
+    def _exhibits(self, structure: Structure, stem: str) -> Iterator[str]:
+        """Draw the exhibits of a structure; return their part of the page."""
+        exhibits, scene = exhibits_of(structure), structure.scene
+        if exhibits and scene.source not in self._painters:
+            self._painters = {scene.source: ExhibitPainter(scene)}
+        for exhibit in exhibits:
+            frames = []
+            for picture in self._painters[scene.source].pictures_of(exhibit):
+                file = f"{stem}-{exhibit.name}-{picture.number}.png"
+                write_png(self.folder / file, picture.image)
+                frames.append((file, picture.caption))
+            yield (
+                f"<h3>{in_html(exhibit.label)}</h3><p>{in_html(exhibit.description)}</p>"
+                f'<div class="row frames">{figure_tags(frames)}</div>'
+            )
+
+    def _free_name(self, wanted: str) -> str:
+        """Return a file name that no earlier picture has taken."""
+        stem = "".join(c if c.isalnum() or c in "-_." else "_" for c in wanted[-MOST_OF_NAME:])
+        name, n = stem, 2
+        # Upper and lower case may be the same to the file system.
+        while name.casefold() in self._names:
+            name, n = f"{stem}-{n}", n + 1
+        self._names.add(name.casefold())
+        return name
+
+    def write_page(self) -> None:
+        """Write ``index.html`` beside the pictures."""
+        write_text(self.folder / "index.html", PAGE.replace("ROWS", "\n".join(self._rows)))
+
+
+# ------------------------------------------------------------------------------------- pictures
+
+
+def picture_of_levels(view: View, cells: Cells) -> tuple[str, np.ndarray]:
+    """Return caption and image of the upper levels, with the planes that cut their cells."""
+    levels = shown_levels(cells)
+    caption = f"levels 0 to {levels - 1}"
+    chosen = cells.depth < levels
+    if cells.planes is None or levels < 2:
+        return caption, edges_over(view, cells, chosen)
+    triangles, owners = triangles_of(cells.planes)
+    # The planes of the last level would cut it into cells that are not shown.
+    upper = cells.depth[owners] < levels - 1
+    colours = depth_colours(cells.depth[owners[upper]], levels - 1)
+    image = faces_over(view, cells, triangles[upper], colours, PLANE_COVER)
+    return f"{caption} and their planes", edges_over(view, cells, chosen, image)
+
+
+def picture_of_leaves(view: View, cells: Cells) -> tuple[str, np.ndarray]:
+    """Return caption and image of leaves: edges of those with triangles, tints of empty ones."""
+    leaves = cells.is_leaf & (cells.count > 0)
+    n_leaves = int(leaves.sum())
+    caption = f"{show_integer(n_leaves)} {'leaf' if n_leaves == 1 else 'leaves'} with triangles"
+    if n_leaves > MOST_CELLS:
+        # Every k-th: an even thinning keeps the shape.
+        keep = np.flatnonzero(leaves)[:: -(-n_leaves // MOST_CELLS)]
+        leaves = np.zeros_like(leaves)
+        leaves[keep] = True
+        caption = f"{show_integer(len(keep))} of the {caption}"
+    empty = np.flatnonzero(cells.is_leaf & (cells.count == 0))
+    if len(empty) == 0:
+        return caption, edges_over(view, cells, leaves)
+    size = (cells.boxes[empty, 3:] - cells.boxes[empty, :3]).sum(axis=1)
+    largest = np.sort(empty[np.argsort(-size, kind="stable")[:MOST_TINTED]])
+    caption += f", {show_integer(len(largest))}"
+    if len(empty) > len(largest):
+        caption += f" of {show_integer(len(empty))}"
+    triangles, owners = faces_of(cells, largest)
+    # A line of sight leaves a cell through a second face, which adds nothing but work.
+    middle = triangles.mean(axis=1)
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    centres = 0.5 * (cells.boxes[owners, :3] + cells.boxes[owners, 3:])
+    outwards = ((middle - centres) * normals).sum(axis=1)
+    towards_eye = (view.towards_eye(middle) * normals).sum(axis=1)
+    front = triangles[(outwards > 0) == (towards_eye > 0)]
+    image = faces_over(view, cells, front, np.array(EMPTY_TINT), TINT_COVER)
+    return f"{caption} empty", edges_over(view, cells, leaves, image)
+
+
+def picture_of_building(view: View, cells: Cells, share: float) -> tuple[str, np.ndarray]:
+    """Return caption and image of the cells there were after a share of the steps."""
+    order = cells.extra["order"]
+    last = int(order.max())
+    step = int(np.ceil(share * last))
+    assert cells.divided is not None
+    there = (order <= step) & (cells.divided > step)
+    caption = f"building after step {show_integer(step)} of {show_integer(last)}"
+    return caption, edges_over(view, cells, there)
+
+
+def walk_to_show(view: View, structure: Structure, cells: Cells, single: Rays | None) -> Walk:
+    """Return the walk of one ray: that given, or one that is legible."""
+    if single is None:
+        rays, widths = crossing_rays(view, structure)
+    else:
+        rays, widths = single, np.ones(1)
+    hits, _ = structure.trace(rays)
+    sizes = np.zeros(int(cells.numbers.max()) + 1)
+    sizes[cells.numbers] = np.linalg.norm(cells.boxes[:, 3:] - cells.boxes[:, :3], axis=1)
+    walks = [
+        Walk(structure, cells, rays, i, float(t), structure.record(rays, i))
+        for i, t in enumerate(hits.t)
+    ]
+
+    def worth(walk: Walk) -> tuple[bool, int, int]:
+        """Rate a ray that hits above one that does not, then one through many large leaves."""
+        entered = walk.steps.cell[np.isin(walk.steps.kind, (VISIT_LEAF, VISIT_EMPTY))]
+        legible = LEGIBLE * widths[walk.ray] < sizes[entered]
+        return bool(np.isfinite(walk.t_hit)), int(legible.sum()), -len(walk.steps)
+
+    return max(walks, key=worth)
+
+
+def picture_of_ray(view: View, walk: Walk) -> tuple[str, np.ndarray]:
+    """Return caption and image of a walk."""
+    segments, colours = segments_of(walk, palette=ON_LIGHT)
+    caption = "one ray: " + ", ".join(text for _, text in legend(walk))
+    return caption, view.with_lines(segments, colours, width=2, hidden=0.5)
+
+
+def picture_of_links(view: View, walk: Walk) -> tuple[str, np.ndarray]:
+    """Return caption and image of the links (ropes) of the largest leaf that a walk enters."""
+    cells, structure = walk.cells, walk.structure
+    entered = walk.steps.cell[np.isin(walk.steps.kind, (VISIT_LEAF, VISIT_EMPTY))]
+    # A ray beside the scene enters none: then it is the largest of all.
+    chosen = np.isin(cells.numbers, entered) if len(entered) else cells.is_leaf
+    place = np.flatnonzero(chosen)
+    sizes = np.linalg.norm(cells.boxes[place, 3:] - cells.boxes[place, :3], axis=1)
+    leaf = int(cells.numbers[place[sizes.argmax()]])
+    segments, colours, n_links = links_of(structure, cells, leaf, ON_LIGHT)
+    caption = f"leaf {leaf} and its {n_links} link{'s' * (n_links != 1)} to neighbours"
+    return caption, view.with_lines(segments, colours, width=2, hidden=0.5)
+
+
+def crossing_rays(view: View, structure: Structure) -> tuple[Rays, np.ndarray]:
+    """Return rays across the picture, each towards something that is seen in it.
+
+    Returns
+    -------
+    rays : Rays
+    widths : (n,) float64
+        Width of the picture there, in scene units.
+    """
+    targets, widths = view.points(12, 16)
+    if len(targets) == 0:
+        scene = structure.scene
+        targets = 0.5 * (scene.lower + scene.upper)[None]
+        widths = np.array([scene.diagonal])
+    some = np.linspace(0, len(targets) - 1, min(CANDIDATES, len(targets))).astype(np.int64)
+    targets, widths = targets[some], widths[some]
+    # From the left, a little from above and from the front.
+    right, up, forward = view.axes
+    direction = right - 0.35 * up + 0.45 * forward
+    directions = widths[:, None] * direction / np.linalg.norm(direction)
+    return Rays.from_arrays(targets - 0.6 * directions, directions), widths
+
+
+def edges_over(
+    view: View, cells: Cells, chosen: np.ndarray, over: np.ndarray | None = None
+) -> np.ndarray:
+    """Draw the edges of cells, coloured by depth, or by count where all are equally deep."""
+    wires = wires_of(cells, np.flatnonzero(chosen))
+    # Backwards: where edges coincide, the upper level's is seen.
+    segments, owners = wires.segments()[::-1], wires.edge_owners()[::-1]
+    by_depth = cells.depth.max() > 0
+    values = cells.depth if by_depth else cells.count
+    maximum = int(values[chosen].max(initial=0)) if by_depth else int(values.max())
+    return view.with_lines(segments, depth_colours(values[owners], maximum), over=over)
+
+
+def faces_over(
+    view: View, cells: Cells, triangles: np.ndarray, colours: np.ndarray, cover: float
+) -> np.ndarray:
+    """Draw translucent triangles; return the view's image behind them."""
+    sides = triangles[:, 1:] - triangles[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+    around = surface_area(
+        np.concatenate([cells.boxes[:, :3].min(axis=0), cells.boxes[:, 3:].max(axis=0)])[None]
+    )
+    return view.with_faces(triangles, colours, face_opacity(area, float(around[0]), cover))
+
+
+RAY_SECTIONS = ("Rays", "Per ray")
+
+
+def html_table(caption: str, rows: list[tuple[str, str, str]]) -> str:
+    """Return rows of :func:`figures` as a table."""
+    lines = "".join(
+        f"<tr><th>{in_html(label)}</th><td>{in_html(text)}</td></tr>" for _, label, text in rows
+    )
+    return f"<table><caption>{in_html(caption)}</caption>{lines}</table>"
+
+
+def figure_tags(pictures: list[tuple[str, str]]) -> str:
+    """Return files and their captions as figures."""
+    return "".join(
+        f'<figure><img src="{in_html(file)}" alt="{in_html(caption)}">'
+        f"<figcaption>{in_html(caption)}</figcaption></figure>"
+        for file, caption in pictures
+    )
+
+
+def section(
+    built: Built, records: list[dict[str, Any]], pictures: list[tuple[str, str]], exhibits: str
+) -> str:
+    """Return the part of the page about one structure over one scene."""
+    structure = built.structure
+    rows = figures(records[0])
+    tables = [html_table(structure.label, [row for row in rows if row[0] not in RAY_SECTIONS])]
+    for record in records:
+        rows = [row for row in figures(record) if row[0] in RAY_SECTIONS]
+        rows += [("", "Failed", record["error"])] if "error" in record else []
+        tables.append(html_table(record["rays"]["name"], rows))
+    return (
+        f"<section>{heading(structure.scene.name, structure.label, structure.settings)}"
+        f'<div class="row">{figure_tags(pictures)}<div class="tables">{"".join(tables)}</div>'
+        f"</div>{exhibits}</section>"
+    )
+
+
+def heading(scene: str, structure: str, settings: Any) -> str:
+    """Return the heading of a section, and the settings below it."""
+    return (
+        f"<h2>{in_html(scene)} &middot; {in_html(structure)}</h2>"
+        f"<p>{in_html(to_text(settings).replace(',', ', '))}</p>"
+    )
+
+
+PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>AccelScope</title>
+<style>
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 110rem;
+  padding: 0 1.5rem; color: #222; background: #fff; }
+h1 { font-weight: 600; } h2 { margin: 2.5rem 0 0; font-weight: 600; }
+h3 { margin: 1.2rem 0 0; font-weight: 600; font-size: 1rem; }
+p { margin: .2rem 0 .8rem; color: #666; font-size: .85rem; } .failed { color: #b3261e; }
+.row { display: flex; flex-wrap: wrap; gap: 1.2rem; align-items: flex-start; }
+figure { margin: 0; max-width: 29rem; }
+img { width: 29rem; max-width: 100%; border: 1px solid #ddd; display: block; }
+.frames { display: grid; grid-template-columns: repeat(4, minmax(0, 1fr)); }
+.frames img { width: 100%; }
+figcaption { color: #666; font-size: .85rem; margin-top: .3rem; }
+.tables { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: flex-start; }
+table { border-collapse: collapse; font-size: .85rem; } caption { text-align: left;
+  font-weight: 600; padding-bottom: .3rem; }
+th { text-align: left; font-weight: 400; padding: .1rem 1.2rem .1rem 0; color: #555; }
+td { text-align: right; font-variant-numeric: tabular-nums; }
+</style></head><body><h1>AccelScope</h1>
+<p>Cells and planes are coloured by depth, from blue (root) to red (deepest); cells of a grid by
+their number of triangles. Empty leaves are tinted blue. Lines behind the mesh are faint. A ray is
+black; it enters inner nodes (grey), leaves with triangles (orange) and empty ones (blue), skips
+empty regions (violet), and tests triangles (pink); a red star is a hit that is postponed, and the
+triangle it hits in the end is green. Arrows follow the links (ropes) of a leaf.</p>
+ROWS
+</body></html>
+"""

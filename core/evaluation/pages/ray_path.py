@@ -1,0 +1,341 @@
+"""The walk of one recorded ray as coloured line segments, whole or up to one of its events."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ...contract.cells import Cells
+from ...contract.outlines import wires_of
+from ...contract.steps import (
+    HIT,
+    KIND_NAMES,
+    LEAP,
+    POSTPONE,
+    TEST,
+    VISIT_EMPTY,
+    VISIT_INNER,
+    VISIT_LEAF,
+    VOLUME_TEST,
+    Steps,
+)
+from ...contract.structure import Structure
+from ...geometry.box_shape import box_segments
+from ...geometry.marks import arrows, stars
+from ...geometry.rays import Rays
+from ...progress import SILENT, Progress
+
+STAR_SIZE = 0.03
+"""Size of the marks of hits, as a share of the way to them; at most that of the triangle."""
+
+MOST_TESTED = 2000
+"""Triangles tested that are drawn, the last; of a naive walk more would be a grey mass."""
+
+VISITS = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
+
+Colour = tuple[float, float, float, float]
+Piece = tuple[np.ndarray, Colour]
+
+
+class Palette(NamedTuple):
+    """Colours of a path: sRGB and opacity."""
+
+    hitting: Colour
+    missing: Colour
+    ahead: Colour
+    inner: Colour
+    leaf: Colour
+    empty: Colour
+    skipped: Colour
+    tested: Colour
+    postponed: Colour
+    found: Colour
+    current: Colour
+    link: Colour
+    linked: Colour
+
+
+ON_DARK = Palette(
+    hitting=(1.0, 0.85, 0.1, 1.0),
+    missing=(0.6, 0.6, 0.6, 1.0),
+    ahead=(0.6, 0.6, 0.6, 0.35),
+    inner=(1.0, 1.0, 1.0, 0.15),
+    leaf=(1.0, 0.45, 0.0, 0.9),
+    empty=(0.2, 0.6, 1.0, 0.7),
+    skipped=(0.65, 0.45, 1.0, 0.7),
+    tested=(0.9, 0.3, 0.6, 0.9),
+    postponed=(1.0, 0.15, 0.1, 1.0),
+    found=(0.2, 1.0, 0.3, 1.0),
+    current=(1.0, 1.0, 1.0, 1.0),
+    link=(0.1, 0.9, 0.9, 1.0),
+    linked=(0.1, 0.9, 0.9, 0.4),
+)
+"""For the 3D viewport."""
+
+ON_LIGHT = Palette(
+    hitting=(0.10, 0.10, 0.10, 1.0),
+    missing=(0.10, 0.10, 0.10, 1.0),
+    ahead=(0.10, 0.10, 0.10, 0.25),
+    inner=(0.35, 0.35, 0.38, 0.35),
+    leaf=(0.95, 0.45, 0.0, 1.0),
+    empty=(0.10, 0.45, 0.95, 0.7),
+    skipped=(0.50, 0.25, 0.85, 0.8),
+    tested=(0.85, 0.25, 0.55, 1.0),
+    postponed=(0.90, 0.05, 0.05, 1.0),
+    found=(0.0, 0.60, 0.15, 1.0),
+    current=(0.0, 0.0, 0.0, 1.0),
+    link=(0.0, 0.55, 0.55, 1.0),
+    linked=(0.0, 0.55, 0.55, 0.4),
+)
+"""For pictures on paper."""
+
+
+class Walk(NamedTuple):
+    """A recorded ray, and what it was recorded in.
+
+    Attributes
+    ----------
+    cells : Cells
+        Of the structure.
+    rays : Rays
+    ray : int
+        Number of the ray in `rays`.
+    t_hit : float
+        Ray parameter of the hit, inf for a miss.
+    """
+
+    structure: Structure
+    cells: Cells
+    rays: Rays
+    ray: int
+    t_hit: float
+    steps: Steps
+
+    def at(self, t: np.ndarray) -> np.ndarray:
+        """Return points (n, 3) on the ray."""
+        return self.rays.origins[self.ray] + t[:, None] * self.rays.directions[self.ray]
+
+
+def segments_of(
+    walk: Walk, event: int | None = None, palette: Palette = ON_DARK
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what to draw of a recorded ray.
+
+    The ray up to its hit, or until it has left the scene; the edges of every cell it entered (inner
+    nodes faint, empty leaves in another colour), or of the region that was skipped from there; the
+    outlines of the triangles tested; the outline of the triangle that is hit, and a star at the
+    hit; the same in another colour for hits that were postponed.
+
+    Parameters
+    ----------
+    event : int, optional
+        Only what happened up to this event, whose own cell and triangle stand out.
+
+    Returns
+    -------
+    segments : (k, 2, 3) float64
+    colours : (k, 4) float64
+    """
+    pieces = list(_ray(walk, event, palette))
+    pieces += _cells(walk, event, palette)
+    pieces += _triangles(walk, event, palette)
+    if event is not None:
+        pieces += _current(walk, event, palette)
+    return _coloured(pieces)
+
+
+def _coloured(pieces: list[Piece]) -> tuple[np.ndarray, np.ndarray]:
+    """Return all segments, and a colour for each."""
+    return (
+        np.concatenate([segments for segments, _ in pieces]),
+        np.concatenate([np.tile(colour, (len(segments), 1)) for segments, colour in pieces]),
+    )
+
+
+def _ray(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
+    """Draw the ray, what lies ahead of the event in another colour."""
+    found = bool(np.isfinite(walk.t_hit))
+    colour = palette.hitting if found else palette.missing
+    end = walk.t_hit if found else _until_outside(walk)
+    reached = end
+    if event is not None:
+        steps = walk.steps
+        entered = [steps.events_of(kind, event) for kind in (VISIT_LEAF, VISIT_EMPTY)]
+        exits = steps.t_exit[np.concatenate(entered)]
+        reached = min(float(exits.max(initial=0.0)), end)
+    origin, here, there = walk.at(np.array([0.0, reached, end]))
+    yield np.array([[origin, here]]), colour
+    if reached < end:
+        yield np.array([[here, there]]), palette.ahead
+
+
+def _cells(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
+    """Draw the cells that were entered, or the regions that were skipped from them."""
+    inner, leaves, empty = (walk.steps.cell[walk.steps.events_of(kind, event)] for kind in VISITS)
+    yield _outlines(walk.cells, inner), palette.inner
+    yield _outlines(walk.cells, leaves), palette.leaf
+    empty = np.unique(empty)
+    regions = skipped_regions(walk, empty)
+    alone = [number for number in empty.tolist() if number not in regions]
+    yield _outlines(walk.cells, np.array(alone, dtype=np.int64)), palette.empty
+    if regions:
+        yield box_segments(np.array(list(regions.values()))), palette.skipped
+
+
+def skipped_regions(walk: Walk, numbers: np.ndarray) -> dict[int, np.ndarray]:
+    """Return the boxes that the ray passes in one step, by the number of the cell where it does."""
+    direction = walk.rays.directions[walk.ray]
+    found = {number: walk.structure.region(number, direction) for number in numbers.tolist()}
+    return {number: region for number, region in found.items() if region is not None}
+
+
+def _triangles(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
+    """Draw the triangles that were tested, postponed and found."""
+    steps, scene = walk.steps, walk.structure.scene
+    tested, postponed, hits = (steps.events_of(kind, event) for kind in (TEST, POSTPONE, HIT))
+    yield _sides(walk, np.unique(steps.primitive[tested[-MOST_TESTED:]])), palette.tested
+    yield _sides(walk, np.unique(steps.primitive[postponed])), palette.postponed
+    nearest = np.sort(np.concatenate([postponed[-1:], hits[-1:]]))[-1:]
+    yield _sides(walk, steps.primitive[nearest]), palette.found
+    for events, colour in ((hits[-1:], palette.found), (postponed, palette.postponed)):
+        corners = scene.triangles[steps.primitive[events]]
+        longest = np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(axis=1, initial=0.0)
+        points = walk.at(steps.t_enter[events])
+        way = np.linalg.norm(points - walk.rays.origins[walk.ray], axis=1)
+        yield stars(points, np.minimum(longest, STAR_SIZE * way)), colour
+
+
+def _current(walk: Walk, event: int, palette: Palette) -> Iterator[Piece]:
+    """Draw what an event is about."""
+    kind, cell = int(walk.steps.kind[event]), int(walk.steps.cell[event])
+    primitive = walk.steps.primitive[event : event + 1]
+    if primitive[0] >= 0 and kind != LEAP:
+        yield _sides(walk, primitive), palette.current
+    elif kind in VISITS and cell >= 0:
+        yield _outlines(walk.cells, np.array([cell])), palette.current
+
+
+def _outlines(cells: Cells, numbers: np.ndarray) -> np.ndarray:
+    """Return the edges of cells by number, each cell once."""
+    return wires_of(cells, cells.places_of(numbers)).segments()
+
+
+def _sides(walk: Walk, primitives: np.ndarray) -> np.ndarray:
+    """Return the sides of triangles."""
+    corners = walk.structure.scene.triangles[primitives]
+    return corners[:, [(0, 1), (1, 2), (2, 0)]].reshape(-1, 2, 3)
+
+
+def _until_outside(walk: Walk) -> float:
+    """Return a ray parameter at which a ray that hits nothing has left the scene, or its t_max."""
+    scene, rays, ray = walk.structure.scene, walk.rays, walk.ray
+    direction = rays.directions[ray]
+    to_centre = 0.5 * (scene.lower + scene.upper) - rays.origins[ray]
+    length = np.linalg.norm(direction)
+    nearest = max(float(to_centre @ direction) / length, 0.0)
+    return min((nearest + 0.75 * scene.diagonal) / float(length), float(rays.t_max[ray]))
+
+
+# ---------------------------------------------------------------------------------------- links
+
+
+def leaf_at(cells: Cells, point: np.ndarray) -> int | None:
+    """Return the number of the leaf that a point lies in; None outside of all of them.
+
+    Of several, as of boxes that overlap, the smallest.
+    """
+    inside = cells.is_leaf & (cells.boxes[:, :3] <= point).all(axis=1)
+    inside &= (point <= cells.boxes[:, 3:]).all(axis=1)
+    places = np.flatnonzero(inside)
+    if len(places) == 0:
+        return None
+    size = (cells.boxes[places, 3:] - cells.boxes[places, :3]).sum(axis=1)
+    return int(cells.numbers[places[size.argmin()]])
+
+
+def links_of(
+    structure: Structure,
+    cells: Cells,
+    number: int,
+    palette: Palette = ON_DARK,
+    progress: Progress = SILENT,
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return the links of a leaf to draw: its edges, and an arrow to every cell it is linked to.
+
+    The cells at the other ends are outlined, too.
+
+    Returns
+    -------
+    segments : (k, 2, 3) float64
+    colours : (k, 4) float64
+    count : int
+        How many links there are.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    links = structure.links(number)
+    centres = 0.5 * (cells.boxes[:, :3] + cells.boxes[:, 3:])
+    size = (cells.boxes[:, 3:] - cells.boxes[:, :3]).max(axis=1)
+    linked = []
+    for done, end in enumerate(links[:, 1]):
+        progress.report(done, len(links), "Finding what is linked")
+        is_there = (np.abs(centres - end) <= 1e-9 * size[:, None]).all(axis=1)
+        linked.append(np.flatnonzero(is_there)[:1])
+    pieces = [
+        (wires_of(cells, np.unique(np.concatenate([[], *linked])).astype(int)), palette.linked),
+        (wires_of(cells, cells.places_of(np.array([number]))), palette.leaf),
+    ]
+    drawn = [(wires.segments(), colour) for wires, colour in pieces]
+    return *_coloured([*drawn, (arrows(links), palette.link)]), len(links)
+
+
+# ------------------------------------------------------------------------------------- in words
+
+
+def event_text(steps: Steps, event: int) -> str:
+    """Say what happens in an event: ``"visit leaf 203, t = 1.2 to 1.5"``."""
+    kind, cell = int(steps.kind[event]), int(steps.cell[event])
+    primitive = int(steps.primitive[event])
+    enter, leave = float(steps.t_enter[event]), float(steps.t_exit[event])
+    text = KIND_NAMES[kind]
+    if kind == LEAP:
+        text += f" over {primitive}"
+    elif primitive >= 0:
+        text += f" triangle {primitive}"
+    elif cell >= 0:
+        text += f" {cell}"
+    if kind in (TEST, VOLUME_TEST) and not np.isfinite(enter):
+        return f"{text}: missed"
+    if kind in (TEST, VOLUME_TEST, HIT, POSTPONE):
+        return f"{text}: t = {enter:.4g}"
+    return f"{text}: t = {enter:.4g} to {leave:.4g}"
+
+
+def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
+    """Return what was drawn: fields of the palette, each with a text that counts it."""
+    steps = walk.steps
+    n = [len(steps.events_of(kind, event)) for kind in range(len(KIND_NAMES))]
+    empty = steps.cell[steps.events_of(VISIT_EMPTY, event)]
+    skipped = np.isin(empty, list(skipped_regions(walk, np.unique(empty))))
+    several = "triangles tested"
+    if n[TEST] > MOST_TESTED:
+        several += f", drawn: the last {MOST_TESTED}"
+    counts = (
+        ("inner", n[VISIT_INNER], "inner node", "inner nodes"),
+        ("leaf", n[VISIT_LEAF], "leaf with triangles", "leaves with triangles"),
+        ("empty", (~skipped).sum(), "empty leaf", "empty leaves"),
+        ("skipped", skipped.sum(), "skip of an empty region", "skips of empty regions"),
+        ("tested", n[TEST], "triangle tested", several),
+        ("postponed", n[POSTPONE], "hit postponed", "hits postponed"),
+        ("found", n[HIT], "hit accepted", "hits accepted"),
+    )
+    return [
+        (name, f"{count} {one if count == 1 else more}")
+        for name, count, one, more in counts
+        if count
+    ]

@@ -1,0 +1,1 @@
+"""What is measured: experiments, and the records that come of them."""

@@ -1,0 +1,173 @@
+"""Refit against rebuild over an animation: what it costs to keep the tree of the first frame.
+
+Each frame gives two records, both over the same rays: one of the first frame's tree refitted, one
+of a tree built for that frame. They are records as an experiment makes them, with ``frame`` and
+``method`` ("refit" or "rebuild") in front; ``build.seconds`` is the time of the refit or of the
+build. A frame that is refused gives two failed records.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from ...errors import InputError
+from ...kernels import announcing
+from ...lessons.refit import moment_of
+from ...progress import SILENT, Progress
+from ...scene import Scene
+from ...structures.bvh import BVH
+from ...structures.bvh.topology.history import Moment
+from ...structures.bvh.topology.refit import refit
+from ..rays.workloads import Workload
+from .experiment import (
+    Built,
+    build,
+    make_failed_record,
+    make_record,
+    refuse_not_finite,
+    trace_rays,
+)
+from .report import Record, aligned, failure, look_up, show_number, show_seconds
+
+METHODS = ("refit", "rebuild")
+
+
+@dataclass
+class Comparison:
+    """An animation, compared frame by frame.
+
+    Attributes
+    ----------
+    settings : BVHSettings
+    workload, workload_settings
+        What is traced in every frame.
+    threads : int
+        0 takes every core.
+    records : list of dict
+        Two per frame: refit, rebuild.
+    history : list of Moment
+        One per frame, for the exhibit.
+    original : BVH
+        The tree of the first frame.
+    last : tuple of (Built, Built)
+        The trees of the last frame, refitted and built anew.
+    """
+
+    settings: Any
+    workload: type[Workload]
+    workload_settings: Any
+    threads: int = 0
+    progress: Progress = SILENT
+    records: list[Record] = field(default_factory=list)
+    history: list[Moment] = field(default_factory=list)
+    original: BVH | None = None
+    last: tuple[Built, Built] | None = None
+
+    def add(self, number: int, scene: Scene) -> None:
+        """Compare refit and rebuild in one more frame; the first one gives the tree.
+
+        Whatever is raised, nothing is added then.
+
+        Raises
+        ------
+        InputError
+            If the frame has other triangles than the first, or if its tree cannot be built, its
+            rays cannot be made, or a figure of its record is no number.
+        Cancelled
+            From the progress.
+        """
+        rebuilt = build(scene, BVH, self.settings, self.progress)
+        original = self.original or rebuilt.structure
+        assert isinstance(original, BVH)
+        if self.original is None:
+            with announcing(self.progress, "refit"):
+                refit(original, scene)  # compiles, which is not to be measured
+        start = time.perf_counter()
+        moved = refit(original, scene, self.progress)
+        both = Built(moved, time.perf_counter() - start), rebuilt
+        rays = self.workload.make(scene, self.workload_settings)
+        records = []
+        for method, built in zip(METHODS, both, strict=True):
+            traced = trace_rays(
+                built, self.workload, self.workload_settings, rays, self.threads, self.progress
+            )
+            record = make_record(built, traced, self.progress)
+            refuse_not_finite(record)
+            records.append({"frame": number, "method": method, **record})
+        costs = (record["statistics"]["sah"] for record in records)
+        self.history.append(moment_of(number, moved, *costs))
+        self.records += records
+        self.original, self.last = original, both
+
+    def add_failure(self, number: int, scene: Scene | str, reason: str) -> None:
+        """Note that a frame was refused, and why."""
+        record = make_failed_record(
+            scene, BVH, self.settings, self.workload, self.workload_settings, reason
+        )
+        self.records += [{"frame": number, "method": method, **record} for method in METHODS]
+
+
+def animate(
+    frames: Iterable[tuple[int, Scene]],
+    settings: Any,
+    workload: type[Workload],
+    workload_settings: Any,
+    threads: int = 0,
+    progress: Progress = SILENT,
+) -> Comparison:
+    """Compare refit and rebuild, frame by frame.
+
+    Parameters
+    ----------
+    frames : iterable of (int, Scene)
+        Number and scene of each, at least one; taken one after the other.
+    settings : BVHSettings
+
+    Raises
+    ------
+    InputError
+        If a frame has other triangles than the first, which it names.
+    Cancelled
+        From `progress`.
+    """
+    comparison = Comparison(settings, workload, workload_settings, threads, progress)
+    for number, scene in frames:
+        try:
+            comparison.add(number, scene)
+        except InputError as error:
+            raise InputError(f"frame {number}: {error}", *error.names) from None
+    if comparison.last is None:
+        raise InputError("there is no frame to compare; name at least one")
+    return comparison
+
+
+def growth(refitted: Record, rebuilt: Record) -> float:
+    """Return the SAH cost of a refitted tree over that of a new one."""
+    cost = rebuilt["statistics"]["sah"]
+    return refitted["statistics"]["sah"] / cost if cost > 0.0 else 1.0
+
+
+COLUMNS = (
+    ("SAH", ("statistics", "sah"), show_number),
+    ("overlap", ("statistics", "overlap"), show_number),
+    ("N_TS", ("trace", "N_TS"), show_number),
+    ("N_IT", ("trace", "N_IT"), show_number),
+    ("time", ("build", "seconds"), show_seconds),
+)
+
+
+def table(records: list[Record]) -> str:
+    """Return the records as an aligned table, a line per frame: refit / rebuild."""
+    rows = [["frame", *(title for title, _, _ in COLUMNS), "SAH refit / rebuild"]]
+    for pair in zip(records[::2], records[1::2], strict=True):
+        if "error" in pair[0]:
+            rows.append([str(pair[0]["frame"]), failure(pair[0])])
+            continue
+        figures = [
+            " / ".join(show(look_up(record, path)) for record in pair) for _, path, show in COLUMNS
+        ]
+        rows.append([str(pair[0]["frame"]), *figures, f"{growth(*pair):.3f}"])
+    return aligned(rows)

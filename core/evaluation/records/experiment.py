@@ -1,0 +1,219 @@
+"""An experiment: scene x structure x workload, and the record that comes of it.
+
+The record is the one place figures come from: the panel, the table, CSV, JSON and the HTML page all
+show records. Its form is ``accelscope/1``; times are wall-clock seconds. Beside the figures it says
+what they are of: the lights of the scene (``scene.lights``), the camera that the rays start from
+(``rays.camera``), versions and machine (``environment``).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...contract.structure import Counters, Hits, Structure
+from ...errors import InputError
+from ...geometry.rays import ALL, Rays
+from ...kernels import announcing
+from ...parallel import core_count
+from ...progress import SILENT, Progress
+from ...scene import Scene
+from ...settings import to_json
+from ..rays.workloads import Workload
+from .environment import environment
+
+SCHEMA = "accelscope/1"
+
+
+@dataclass(frozen=True)
+class Built:
+    """A structure and the seconds its build took."""
+
+    structure: Structure
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Traced:
+    """A traced workload: what it was, its rays, what they hit, what it cost on some threads."""
+
+    workload: type[Workload]
+    settings: Any
+    rays: Rays
+    hits: Hits
+    counters: Counters
+    seconds: float
+    threads: int
+
+
+def build(
+    scene: Scene, structure_type: type[Structure], settings: Any, progress: Progress = SILENT
+) -> Built:
+    """Build a structure and measure the time, compilation of its kernels left out.
+
+    Raises
+    ------
+    InputError
+        When the settings ask for more memory than there is.
+    Cancelled
+        From `progress`.
+    """
+    structure_type.refuse_too_large(scene, settings)
+    warm_up(structure_type, settings, progress)
+    start = time.perf_counter()
+    structure = structure_type.build(scene, settings, progress)
+    return Built(structure, time.perf_counter() - start)
+
+
+def warm_up(structure_type: type[Structure], settings: Any, progress: Progress = SILENT) -> None:
+    """Compile the kernels of a structure, or load them from the cache; announce a compilation.
+
+    Other choices, such as another walk, have other kernels; numbers and switches have not.
+    """
+    choices = {
+        field.name: getattr(settings, field.name)
+        for field in dataclasses.fields(settings)
+        if field.metadata["choices"]
+    }
+    # Enough of a muddle that even what only improves a poor tree has something to do.
+    random = np.random.default_rng(1)
+    corners = random.random((60, 1, 3)) + 0.05 * random.random((60, 3, 3))
+    tiny = Scene.from_triangles(corners, "warm-up")
+    ray = Rays.from_arrays(np.zeros((1, 3)), np.ones((1, 3)))
+    with announcing(progress, structure_type.name):
+        structure = structure_type.build(tiny, structure_type.Settings(**choices))
+        structure.trace(ray, ALL, threads=1)
+
+
+def trace(
+    built: Built,
+    workload: type[Workload],
+    settings: Any,
+    threads: int = 0,
+    progress: Progress = SILENT,
+) -> Traced:
+    """Make the rays of a workload, trace them and measure the time of the tracing alone.
+
+    Raises
+    ------
+    InputError
+        When the workload's settings do not fit the scene.
+    Cancelled
+        From `progress`.
+    """
+    rays = workload.make(built.structure.scene, settings)
+    return trace_rays(built, workload, settings, rays, threads, progress)
+
+
+def trace_rays(
+    built: Built,
+    workload: type[Workload],
+    settings: Any,
+    rays: Rays,
+    threads: int = 0,
+    progress: Progress = SILENT,
+) -> Traced:
+    """Trace rays that a workload has made already, to use them for several structures."""
+    start = time.perf_counter()
+    hits, counters = built.structure.trace(rays, threads=threads, progress=progress)
+    seconds = time.perf_counter() - start
+    return Traced(workload, settings, rays, hits, counters, seconds, threads or core_count())
+
+
+def describe_scene(scene: Scene) -> dict[str, Any]:
+    """Return the part of a record that is about the scene."""
+    return {
+        "name": scene.name,
+        "source": scene.source,
+        "triangles": len(scene),
+        "dropped_triangles": scene.dropped,
+        "bounds": [scene.lower.tolist(), scene.upper.tolist()],
+        "notes": list(scene.notes),
+        "lights": [light.to_json() for light in scene.lights],
+    }
+
+
+def make_failed_record(
+    scene: Scene | str,
+    structure_type: type[Structure],
+    settings: Any,
+    workload: type[Workload],
+    workload_settings: Any,
+    reason: str,
+) -> dict[str, Any]:
+    """Return the record of an experiment that was refused: what it was and why, without figures.
+
+    Parameters
+    ----------
+    scene : Scene or str
+        The name as it was given, if the scene could not be read.
+    reason : str
+        What stands under ``error``; no other record has that key.
+    """
+    if isinstance(scene, str):
+        described: dict[str, Any] = {"name": Path(scene).stem, "source": scene}
+    else:
+        described = describe_scene(scene)
+    return {
+        "scene": described,
+        "structure": {"name": structure_type.name, "settings": to_json(settings)},
+        "rays": {"name": workload.name, "settings": to_json(workload_settings)},
+        "environment": environment(None),
+        "error": reason,
+    }
+
+
+def refuse_not_finite(part: Any, name: str = "") -> None:
+    """Raise InputError if a record holds a number that is none: JSON has no word for it."""
+    if isinstance(part, dict):
+        for key, value in part.items():
+            refuse_not_finite(value, f"{name}.{key}" if name else key)
+    elif isinstance(part, list):
+        for value in part:
+            refuse_not_finite(value, name)
+    elif isinstance(part, float) and not math.isfinite(part):
+        raise InputError(f"{name} is {part}, too large to compute with; scale the scene")
+
+
+def make_record(built: Built, traced: Traced | None, progress: Progress = SILENT) -> dict[str, Any]:
+    """Return the JSON-ready record of an experiment; without rays if none were traced.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    structure = built.structure
+    record: dict[str, Any] = {
+        "scene": describe_scene(structure.scene),
+        "structure": {"name": structure.name, "settings": to_json(structure.settings)},
+        "build": {"seconds": built.seconds, "bytes": structure.memory()},
+        "statistics": structure.statistics(progress).to_json(),
+        "environment": environment(traced.threads if traced else None),
+    }
+    if traced is None:
+        return record
+    classes = np.bincount(traced.rays.classes, minlength=len(traced.rays.class_names))
+    hit = traced.hits.primitive >= 0
+    hits_by_class = np.bincount(traced.rays.classes[hit], minlength=len(traced.rays.class_names))
+    record["rays"] = {
+        "name": traced.workload.name,
+        "settings": to_json(traced.settings),
+        "count": len(traced.rays),
+        "classes": dict(zip(traced.rays.class_names, classes.tolist(), strict=True)),
+        **traced.workload.used(structure.scene, traced.settings),
+    }
+    record["trace"] = {
+        "seconds": traced.seconds,
+        "rays_per_second": len(traced.rays) / max(traced.seconds, 1e-9),
+        "hits": int(hit.sum()),
+        "hits_by_class": dict(zip(traced.rays.class_names, hits_by_class.tolist(), strict=True)),
+        **traced.counters.means(),
+    }
+    return record

@@ -1,0 +1,263 @@
+"""Reports: records as JSON, CSV, a table for the terminal, and rows for the panel."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import unicodedata
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...memory import in_words
+from ...printing import printable
+from ...settings import to_json
+from ...structures import structure_named
+from ...writing import write_bytes
+from .experiment import SCHEMA
+
+Record = dict[str, Any]
+
+
+def to_json_text(records: Sequence[Record]) -> str:
+    """Return the JSON document of records, in full precision."""
+    return json.dumps({"schema": SCHEMA, "records": list(records)}, indent=1, allow_nan=False)
+
+
+LONE_SURROGATES = re.compile("[\ud800-\udc7f\udd00-\udfff]")
+"""Halves of letters that stand for no byte of a file's name: texts of JSON may have them, but not
+UTF-8."""
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text file, making its folder.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written to.
+    """
+    text = LONE_SURROGATES.sub("\N{REPLACEMENT CHARACTER}", text)
+    # File names of the system may hold bytes that are no text: they are written as they are.
+    write_bytes(path, text.encode("utf-8", errors="surrogateescape"))
+
+
+def write_json(path: str | Path, records: Sequence[Record]) -> None:
+    """Write records as JSON."""
+    write_text(path, to_json_text(records) + "\n")
+
+
+def write_csv(path: str | Path, records: Sequence[Record]) -> None:
+    """Write records as CSV, one row each: nested names joined by dots, lists by spaces.
+
+    A list of mappings, such as that of the lights, is numbered: ``scene.lights.0.kind``. Texts that
+    a spreadsheet would take for a formula get an apostrophe in front, as one would type it there.
+    """
+    rows = [
+        {name: no_formula(value) for name, value in flatten(record).items()} for record in records
+    ]
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, columns, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(path, buffer.getvalue())
+
+
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.ASCII | re.IGNORECASE)
+"""A number as a spreadsheet reads it: nothing that Python's ``float`` takes beside it, such as
+``-inf`` or ``-1_000``."""
+
+
+def no_formula(value: Any) -> Any:
+    """Return the value of a cell so that no spreadsheet computes it or passes it on.
+
+    Numbers stay as they are, one or several with blanks between them.
+    """
+    if not isinstance(value, str) or all(map(NUMBER.fullmatch, value.split(" "))):
+        return value
+    # Some spreadsheets take wide letters, such as a wide equals sign, for plain ones.
+    first = unicodedata.normalize("NFKC", value.lstrip(" ")[:1])
+    return f"'{value}" if first in tuple("=+-@") or (first and not first.isprintable()) else value
+
+
+NO_BRACKETS = str.maketrans("[],", "   ")
+
+
+def flatten(record: Record, prefix: str = "") -> dict[str, Any]:
+    """Return nested mappings as one: ``{"trace": {"N_IT": 2}}`` is ``{"trace.N_IT": 2}``.
+
+    Numbers of a list, nested or not, are joined by spaces, sentences by semicolons.
+    """
+    flat: dict[str, Any] = {}
+    for name, value in record.items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            value = {str(number): entry for number, entry in enumerate(value)}
+        if isinstance(value, dict):
+            flat |= flatten(value, f"{prefix}{name}.")
+        elif isinstance(value, list) and value and isinstance(value[0], str):
+            flat[prefix + name] = "; ".join(value)
+        elif isinstance(value, list):
+            flat[prefix + name] = " ".join(json.dumps(value).translate(NO_BRACKETS).split())
+        else:
+            flat[prefix + name] = value
+    return flat
+
+
+# ------------------------------------------------------------------------------- how it is shown
+
+
+def show_integer(value: float) -> str:
+    """Return ``"12 345"``."""
+    return f"{value:,.0f}".replace(",", " ")
+
+
+def show_number(value: float) -> str:
+    """Return a number to about four figures."""
+    return f"{value:.2f}" if 0.01 <= abs(value) < 1e6 or value == 0 else f"{value:.3g}"
+
+
+def show_seconds(value: float) -> str:
+    """Return ``"83 ms"`` or ``"2.41 s"``."""
+    if value >= 1:
+        return f"{value:.2f} s"
+    return f"{value * 1e3:.0f} ms" if value >= 0.01 else f"{value * 1e3:.2f} ms"
+
+
+Figure = tuple[str, str, tuple[str, ...], Callable[[Any], str]]
+
+FIGURES: tuple[Figure, ...] = (
+    # section, label, path in the record, how it is shown
+    ("Scene", "Triangles", ("scene", "triangles"), show_integer),
+    ("Scene", "Dropped triangles", ("scene", "dropped_triangles"), show_integer),
+    ("Build", "Build time", ("build", "seconds"), show_seconds),
+    ("Build", "Memory", ("build", "bytes"), in_words),
+    ("Structure", "N_IN inner nodes", ("statistics", "N_IN"), show_integer),
+    ("Structure", "N_V leaves", ("statistics", "N_V"), show_integer),
+    ("Structure", "N_EV empty leaves", ("statistics", "N_EV"), show_integer),
+    ("Structure", "N_OIV references", ("statistics", "N_OIV"), show_integer),
+    ("Structure", "Max depth", ("statistics", "max_depth"), show_integer),
+    ("Structure", "Mean leaf size", ("statistics", "mean_leaf_size"), show_number),
+    ("Structure", "References per triangle", ("statistics", "duplication"), show_number),
+    ("Structure", "Bytes per triangle", ("statistics", "bytes_per_triangle"), show_number),
+    ("Structure", "Oblique planes", ("statistics", "oblique_planes"), show_integer),
+    ("Structure", "Faces per leaf", ("statistics", "faces_per_leaf"), show_number),
+    ("Structure", "Mean distance of empty cells", ("statistics", "mean_distance"), show_number),
+    ("Structure", "Overlap of siblings", ("statistics", "overlap"), show_number),
+    ("Structure", "Nodes that do not pay", ("statistics", "nodes_not_paying"), show_integer),
+    ("Structure", "SAH cost", ("statistics", "sah"), show_number),
+    ("Structure", "C_trav", ("statistics", "sah_constants", "C_trav"), show_number),
+    ("Structure", "C_isect", ("statistics", "sah_constants", "C_isect"), show_number),
+    ("Storages of this tree", "Pointers", ("statistics", "bytes_pointer"), in_words),
+    ("Storages of this tree", "Implicit array", ("statistics", "bytes_implicit"), in_words),
+    ("Storages of this tree", "Linear octree", ("statistics", "bytes_linear"), in_words),
+    ("Storages of this tree", "Hash table", ("statistics", "bytes_hash"), in_words),
+    (
+        "Storages of this tree",
+        "Planes and lists, in all of them",
+        ("statistics", "bytes_planes_and_references"),
+        in_words,
+    ),
+    ("Rays", "Rays", ("rays", "count"), show_integer),
+    ("Rays", "Hits", ("trace", "hits"), show_integer),
+    ("Rays", "Trace time", ("trace", "seconds"), show_seconds),
+    ("Rays", "Rays per second", ("trace", "rays_per_second"), show_integer),
+    ("Per ray", "N_TS steps", ("trace", "N_TS"), show_number),
+    ("Per ray", "N_ETS leaves", ("trace", "N_ETS"), show_number),
+    ("Per ray", "N_EETS empty leaves", ("trace", "N_EETS"), show_number),
+    ("Per ray", "N_IT triangle tests", ("trace", "N_IT"), show_number),
+    ("Per ray", "Volume tests", ("trace", "volume_tests"), show_number),
+    ("Per ray", "Mailbox hits", ("trace", "mailbox_hits"), show_number),
+    ("Per ray", "Postponed hits", ("trace", "postponed_hits"), show_number),
+    ("Per ray", "Cells skipped", ("trace", "cells_skipped"), show_number),
+)
+"""The figures a person sees, in reading order; the names are the record's own."""
+
+
+def look_up(record: Record, path: Sequence[str]) -> Any:
+    """Return the value at a path of keys, None where the record has no such part."""
+    value: Any = record
+    for name in path:
+        value = value.get(name) if isinstance(value, dict) else None
+    return value
+
+
+def figures(record: Record) -> list[tuple[str, str, str]]:
+    """Return (section, label, text) for the panel, of what the record has."""
+    rows = []
+    for section, label, path, show in FIGURES:
+        value = look_up(record, path)
+        if value is not None:
+            rows.append((section, label, show(value)))
+    return rows
+
+
+def spec_of(structure: Record) -> str:
+    """Return ``NAME[:key=value,...]`` of a record's structure, default settings left out."""
+    defaults = to_json(structure_named(structure["name"]).Settings())
+    changed = []
+    for key, value in structure["settings"].items():
+        if value != defaults[key]:
+            text = "x".join(map(str, value)) if isinstance(value, list) else str(value)
+            changed.append(f"{key}={text.lower() if isinstance(value, bool) else text}")
+    return ":".join([structure["name"]] + ([",".join(changed)] if changed else []))
+
+
+TABLE: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
+    ("scene", ("scene", "name"), str),
+    ("structure", ("structure",), spec_of),
+    ("rays", ("rays", "name"), str),
+    ("triangles", ("scene", "triangles"), show_integer),
+    ("build", ("build", "seconds"), show_seconds),
+    ("memory", ("build", "bytes"), in_words),
+    ("N_V", ("statistics", "N_V"), show_integer),
+    ("N_OIV", ("statistics", "N_OIV"), show_integer),
+    ("SAH", ("statistics", "sah"), show_number),
+    ("hits", ("trace", "hits"), show_integer),
+    ("N_TS", ("trace", "N_TS"), show_number),
+    ("N_ETS", ("trace", "N_ETS"), show_number),
+    ("N_IT", ("trace", "N_IT"), show_number),
+    ("Mrays/s", ("trace", "rays_per_second"), lambda value: f"{value / 1e6:.3f}"),
+)
+TEXT_COLUMNS = 3
+
+
+def table(records: Sequence[Record]) -> str:
+    """Return the records as an aligned table, one line each; failed ones with their reason."""
+    rows = [[title for title, _, _ in TABLE]]
+    for record in records:
+        columns = TABLE[:TEXT_COLUMNS] if "error" in record else TABLE
+        row = [show(look_up(record, path)) for _, path, show in columns]
+        rows.append([*row, failure(record)] if "error" in record else row)
+    return aligned(rows, TEXT_COLUMNS)
+
+
+def failure(record: Record) -> str:
+    """Return what stands in a table instead of the figures of a failed record."""
+    return f"failed: {record['error']}"
+
+
+def aligned(rows: Sequence[Sequence[str]], text_columns: int = 1) -> str:
+    """Return rows, the first of them titles, as text in columns; text left, figures right.
+
+    In a row of fewer cells, the last one reaches to the end.
+    """
+    rows = [[printable(text) for text in row] for row in rows]
+    titles = rows[0]
+    widths = [
+        max(len(row[n]) for row in rows if len(row) == len(titles) or n < len(row) - 1)
+        for n in range(len(titles))
+    ]
+    lines = []
+    for row in rows:
+        cells = [
+            text.ljust(width) if n < text_columns else text.rjust(width)
+            for n, (text, width) in enumerate(zip(row, widths))
+        ]
+        if len(row) < len(titles):
+            cells[-1] = row[-1]
+        lines.append("  ".join(cells).rstrip())
+    lines.insert(1, "  ".join("-" * width for width in widths))
+    return "\n".join(lines)

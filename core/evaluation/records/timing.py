@@ -1,0 +1,98 @@
+"""How long a ray's test of a bounding volume and of an object takes, on this machine.
+
+A test takes some nanoseconds, so many rays are tested in one kernel, and what making the rays takes
+is subtracted. The shortest of several timings counts: the others have been disturbed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ...geometry.rays import RayArrays, make_ray
+from ...geometry.triangle import Triangles, intersect
+from ...geometry.volume import MOST_STRIPS
+from ...kernels import call, kernel
+from ...progress import SILENT
+from ...sah.line_sample import enter_lines, use
+from ...structures.bvh.topology.fit import fit_all
+
+COPIES = 17
+"""Volumes tested per ray in the second of two timings: their difference is that of 16 tests."""
+
+TIMED_RAYS = 20_000
+
+TRIANGLE_TESTS = 4_000_000
+"""Per timing of the object: some 20 ms."""
+
+REPEATS = 5
+"""Timings of which the shortest counts: others have been disturbed."""
+
+
+@kernel
+def make_rays(rays, reach, count):
+    """Make each ray: what all timings below have in common."""
+    total = 0.0
+    for i in range(count):
+        total += use(make_ray(rays, i, reach))
+    return total
+
+
+@kernel
+def meet_triangles(triangles, rays, count):
+    """Make each ray and test all triangles with it."""
+    total = 0.0
+    for i in range(count):
+        ray = make_ray(rays, i, triangles.reach)
+        total += use(ray)
+        best = np.inf
+        for k in range(len(triangles.ids)):
+            t = intersect(triangles, k, ray)
+            best = t if t < best else best
+        if best < total:
+            total += best
+    return total
+
+
+def nanoseconds(count: int, function: Callable, *arguments: Any) -> float:
+    """Return the shortest time of a kernel call, divided by `count`."""
+    call(function, *arguments)  # compiles
+    best = np.inf
+    for _ in range(REPEATS):
+        start = time.perf_counter_ns()
+        call(function, *arguments)
+        best = min(best, time.perf_counter_ns() - start)
+    return best / count
+
+
+def time_of_ray(rays: RayArrays, reach: np.ndarray) -> float:
+    """Return the nanoseconds of making a ray, which no test is to blame for."""
+    count = min(TIMED_RAYS, len(rays.t_max))
+    return nanoseconds(count, make_rays, rays, reach, count)
+
+
+def time_of_volume(kind: str, corners: np.ndarray, rays: RayArrays, reach: np.ndarray) -> float:
+    """Return B: the nanoseconds of preparing a ray for a kind of volume and of testing one.
+
+    A single test takes little more than the clock's noise, so many copies are tested as well.
+    """
+    begin, end = np.zeros(COPIES, np.int64), np.full(COPIES, len(corners))
+    volumes = fit_all(kind, corners, begin, end, SILENT)
+    t, strips = np.empty(min(TIMED_RAYS, len(rays.t_max))), np.empty((MOST_STRIPS, 3))
+    one, many = (
+        nanoseconds(len(t), enter_lines, volumes, copies, rays, reach, strips, t)
+        for copies in (1, COPIES)
+    )
+    test = max((many - one) / (COPIES - 1), 1e-3)
+    return test + max(one - test - time_of_ray(rays, reach), 0.0)
+
+
+def time_of_object(triangles: Triangles, rays: RayArrays) -> float:
+    """Return I: the nanoseconds of testing all triangles with one ray."""
+    wanted = max(TRIANGLE_TESTS // len(triangles.ids), 8)
+    count = min(TIMED_RAYS, len(rays.t_max), wanted)
+    whole = nanoseconds(count, meet_triangles, triangles, rays, count)
+    return max(whole - time_of_ray(rays, triangles.reach), 1e-3)

@@ -1,0 +1,115 @@
+"""Coloured lines, the stuff of exhibits, put together from parts; and charts made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.marks import stars
+from .exhibit import Frame
+
+Colour = tuple[float, float, float, float]
+
+BLUE: Colour = (0.03, 0.62, 0.93, 1.0)
+ORANGE: Colour = (1.0, 0.57, 0.34, 1.0)
+GREEN: Colour = (0.20, 0.75, 0.42, 1.0)
+RED: Colour = (0.96, 0.30, 0.40, 1.0)
+GREY: Colour = (0.55, 0.55, 0.60, 1.0)
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Lines and their colours.
+
+    Attributes
+    ----------
+    segments : (k, 2, 3) float64
+    colours : (k, 4) float64
+        sRGB and opacity.
+    """
+
+    segments: np.ndarray
+    colours: np.ndarray
+
+
+def coloured(segments: np.ndarray, colour: Colour) -> Lines:
+    """Return segments (k, 2, 3), all in one colour."""
+    return Lines(segments, np.tile(np.array(colour), (len(segments), 1)))
+
+
+def frame_of(parts: Sequence[Lines], caption: str) -> Frame:
+    """Return parts as one picture; where lines coincide, the last is seen."""
+    return Frame(
+        np.concatenate([np.empty((0, 2, 3)), *(part.segments for part in parts)]),
+        np.concatenate([np.empty((0, 4)), *(part.colours for part in parts)]),
+        caption,
+    )
+
+
+def outlines(polygons: np.ndarray) -> np.ndarray:
+    """Return the edges of polygons with k corners each, (n, k, 3), as segments (n k, 2, 3)."""
+    edges = np.stack([polygons, np.roll(polygons, -1, axis=1)], axis=2)
+    return edges.reshape(-1, 2, 3)
+
+
+def counted(number: int, one: str, many: str) -> str:
+    """Return a number with its noun: ``"1 node"``, ``"1 203 nodes"``."""
+    return f"{number:,} {one if number == 1 else many}".replace(",", " ")
+
+
+class Chart:
+    """A chart in an upright plane beside the model.
+
+    Parameters
+    ----------
+    origin : (3,) float64
+        Its corner.
+    across, upwards : (3,) float64
+        Where from there x = `low` goes on to x = `high`, and y = 0 to y = `top`.
+    low, high, top : float
+    """
+
+    def __init__(
+        self,
+        origin: np.ndarray,
+        across: np.ndarray,
+        upwards: np.ndarray,
+        low: float,
+        high: float,
+        top: float,
+    ) -> None:
+        self.origin, self.across, self.upwards = origin, across, upwards
+        self.low, self.span = low, (high - low) or 1.0
+        self.top = top or 1.0
+
+    def points(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return where values stand, (k, 3)."""
+        along, above = (np.asarray(x) - self.low) / self.span, np.asarray(y) / self.top
+        return self.origin + along[:, None] * self.across + above[:, None] * self.upwards
+
+    def axes(self) -> Lines:
+        """Return the two axes."""
+        corner = self.origin
+        ends = [[corner, corner + self.across], [corner, corner + self.upwards]]
+        return coloured(np.array(ends), GREY)
+
+    def level(self, y: float, colour: Colour) -> Lines:
+        """Return a line across the chart."""
+        foot = self.origin + y / self.top * self.upwards
+        return coloured(np.array([[foot, foot + self.across]]), colour)
+
+    def curve(self, x: np.ndarray, y: np.ndarray, colour: Colour) -> Lines:
+        """Return the curve through points; it is broken where y is not finite."""
+        there = np.isfinite(y)
+        points = self.points(x, np.where(there, y, 0.0))
+        pieces = np.stack([points[:-1], points[1:]], axis=1)
+        return coloured(pieces[there[:-1] & there[1:]], colour)
+
+    def mark(self, x: float, y: float, colour: Colour) -> Lines:
+        """Return a star at a point, and the line from the axis up to it."""
+        ends = self.points(np.array([x, x]), np.array([0.0, y]))
+        size = 0.08 * float(np.linalg.norm(self.upwards))
+        star = stars(ends[1:], np.array([size]))
+        return coloured(np.concatenate([ends[None], star]), colour)

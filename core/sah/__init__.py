@@ -1,0 +1,1 @@
+"""What the lecture says of the surface area heuristic itself: planes, curves, an example."""

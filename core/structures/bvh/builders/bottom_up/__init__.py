@@ -1,0 +1,1 @@
+"""Builders that join clusters, from single triangles on."""

@@ -1,0 +1,1 @@
+"""Builders along the Morton curve."""

@@ -1,0 +1,1 @@
+"""R-trees: nodes of several boxes, by insertion or packed."""

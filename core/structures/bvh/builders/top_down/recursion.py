@@ -1,0 +1,292 @@
+"""Construction from the top down: divide the triangles of a node in two, then go on with each part.
+
+What is common to all such builders. A node is split by a *rule*: a NamedTuple of a builder's
+settings and arrays, whose type says how a split is chosen (:func:`choose`) and how the triangles
+are divided (:func:`divide`). Whether a node is split at all is decided here, by
+
+    Cost(V -> {L, R}) = C_trav + C_isect * (SA(L) / SA(V) * N_L + SA(R) / SA(V) * N_R)
+
+It becomes a leaf where that is no less than the cost of testing all its triangles, C_isect * N,
+unless they are more than a leaf may have.
+
+Large nodes are split one by one, small subtrees by one kernel call each, all of them side by side
+on different threads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .....contract.structure import MAXIMUM_DEPTH, STACK_SIZE
+from .....geometry.box import area_of
+from .....kernels import call, dispatched, inner, kernel
+from .....parallel import Spare, core_count
+from .....progress import Progress
+from .....settings import setting
+from ...topology.collapse import LeafSettings
+from ...topology.tree import Splits, Tree, copy_depth_first
+
+SUBTREE = 1 << 16
+"""Triangles up to which a subtree is built by one kernel call, in some 50 ms. Between calls the
+builder looks at the cancel button."""
+
+TEXT = "Building bvh"
+
+
+class Limits(NamedTuple):
+    """What every rule has to obey, for kernels.
+
+    Attributes
+    ----------
+    max_leaf_size : int
+    c_trav, c_isect : float
+    in_turn : bool
+        Split across x, y and z in turn by depth, instead of whichever is best.
+    """
+
+    max_leaf_size: int
+    c_trav: float
+    c_isect: float
+    in_turn: bool
+
+
+@dataclass(frozen=True)
+class TopDownSettings(LeafSettings):
+    """Settings of every builder from the top down."""
+
+    axis: str = setting(
+        "best",
+        "Axis",
+        "Across which axis a builder from the top down may split a node",
+        choices={
+            "best": "Whichever is best: by cost, or for medians the longest",
+            "round_robin": "x, y and z in turn",
+        },
+    )
+
+
+def limits_of(settings: TopDownSettings) -> Limits:
+    """Return what the settings of all rules say."""
+    in_turn = settings.axis == "round_robin"
+    return Limits(settings.max_leaf_size, settings.C_trav, settings.C_isect, in_turn)
+
+
+# --------------------------------------------------------------- what a rule has to implement
+#
+# Every rule has the fields `limits` and `bounds` (2, 6). One that looks at several candidates has
+# `curve`, too, with no rows in a build; if it has some, `choose` fills them (:func:`note`).
+
+
+@dispatched
+def enclose(rule, first, count):
+    """Write the box around a range of triangles into ``rule.bounds[0]``.
+
+    ``rule.bounds[1]`` is the rule's own; most keep the box around the centroids there.
+    """
+    raise TypeError(f"no enclose for {type(rule).__name__}")
+
+
+@dispatched
+def choose(rule, first, count, depth):
+    """Return the best split of a range of at least two triangles, whose bounds are known.
+
+    Returns
+    -------
+    axis : int
+        -1 if nothing tells the triangles apart.
+    place : int
+        Whatever :func:`divide` wants to know.
+    position : float
+        Of the plane, in scene units.
+    cost : float
+        SA(L) N_L + SA(R) N_R.
+    """
+    raise TypeError(f"no choose for {type(rule).__name__}")
+
+
+@dispatched
+def divide(rule, first, count, axis, place, position):
+    """Reorder a range so that what goes left comes first; return how many those are."""
+    raise TypeError(f"no divide for {type(rule).__name__}")
+
+
+@inner
+def axis_at(limits, depth, turn):
+    """Return which axis is looked at as number `turn`; those in turn stop at the first that can."""
+    return (depth + turn) % 3 if limits.in_turn else turn
+
+
+@inner
+def note(curve, row, axis, position, n_left, n_right, cost):
+    """Write down a candidate, if there is room: see :class:`.....sah.split_curve.SplitCurve`."""
+    if row < len(curve):
+        curve[row, 0], curve[row, 1] = axis, position
+        curve[row, 2], curve[row, 3], curve[row, 4] = n_left, n_right, cost
+
+
+@inner
+def enclose_boxes(boxes, first, count, out):
+    """Write into `out` (2, 6) the box around boxes and that around their centroids, doubled."""
+    for axis in range(3):
+        low, high, low_c, high_c = np.inf, -np.inf, np.inf, -np.inf
+        for i in range(first, first + count):
+            a, b = boxes[i, axis], boxes[i, 3 + axis]
+            low = a if a < low else low
+            high = b if b > high else high
+            c = a + b
+            low_c = c if c < low_c else low_c
+            high_c = c if c > high_c else high_c
+        out[0, axis], out[0, 3 + axis] = low, high
+        out[1, axis], out[1, 3 + axis] = low_c, high_c
+
+
+# ----------------------------------------------------------------------------- one node, a subtree
+
+
+@inner
+def settle(rule, tree, splits, node, first, count, axis, place, position, cost):
+    """Split a node as proposed or make it a leaf; return the size of its left child or 0.
+
+    The children of a node that is cut between the triangles k - 1 and k are 2k - 1 and 2k. Every
+    place is cut at most once, so threads need not agree on who takes which number.
+    """
+    limits, box = rule.limits, rule.bounds[0]
+    for side in range(6):
+        tree.boxes[node, side] = box[side]
+    area = area_of(box)
+    no_gain = limits.c_isect * count * area <= limits.c_trav * area + limits.c_isect * cost
+    if count == 1 or (count <= limits.max_leaf_size and no_gain):
+        tree.first[node], tree.size[node] = first, count
+        return 0
+    n_left = count // 2  # where nothing tells the triangles apart: split by index
+    if axis >= 0:
+        divided = divide(rule, first, count, axis, place, position)
+        # A plane between numbers that have none between them leaves one side empty.
+        if 0 < divided < count:
+            n_left = divided
+    cut = first + n_left
+    tree.first[node], tree.size[node] = 2 * cut - 1, 0
+    splits.axis[cut], splits.position[cut] = axis, position
+    if cost < np.inf and area > 0.0:
+        splits.cost[cut] = limits.c_trav + limits.c_isect * cost / area
+    return n_left
+
+
+@inner
+def split_node(rule, tree, splits, node, first, count, depth):
+    """Fit a node's box, then split it or make it a leaf; return the size of its left child or 0."""
+    enclose(rule, first, count)
+    axis, place, position, cost = -1, 0, 0.0, np.inf
+    if count > 1 and depth < MAXIMUM_DEPTH // 2:
+        axis, place, position, cost = choose(rule, first, count, depth)
+    return settle(rule, tree, splits, node, first, count, axis, place, position, cost)
+
+
+@inner
+def push(stack, height, node, first, count, depth):
+    """Remember a node to split."""
+    stack[height, 0], stack[height, 1] = node, first
+    stack[height, 2], stack[height, 3] = count, depth
+
+
+@kernel
+def build_subtree(rule, tree, splits, node, first, count, depth, stack, only_one):
+    """Split a node and everything below it, depth-first, or only itself.
+
+    One kernel for both, since each that Python calls costs compiling. Returns the size of the left
+    child if it is only one, otherwise 0.
+    """
+    height = 0
+    push(stack, height, node, first, count, depth)
+    height += 1
+    while height > 0:
+        height -= 1
+        node, first = stack[height, 0], stack[height, 1]
+        count, depth = stack[height, 2], stack[height, 3]
+        n_left = split_node(rule, tree, splits, node, first, count, depth)
+        if only_one:
+            return n_left
+        if n_left > 0:
+            left = np.int64(tree.first[node])
+            push(stack, height, left + 1, first + n_left, count - n_left, depth + 1)
+            push(stack, height + 1, left, first, n_left, depth + 1)
+            height += 2
+    return 0
+
+
+# ------------------------------------------------------------------------------------ all nodes
+
+
+def room_for(count: int) -> tuple[Tree, Splits]:
+    """Return room for a tree over so many triangles.
+
+    A size of -1 marks a number that no node has taken.
+    """
+    n_nodes = 2 * count - 1
+    tree = Tree(np.zeros((n_nodes, 6)), np.zeros(n_nodes, np.int32), np.full(n_nodes, -1, np.int32))
+    return tree, Splits(np.full(count, -1, np.int8), np.zeros(count), np.zeros(count))
+
+
+def compact(tree: Tree) -> Tree:
+    """Return a tree without the numbers that no node has taken, depth-first."""
+    n_nodes = int((tree.size >= 0).sum())
+    out = Tree(np.empty((n_nodes, 6)), np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32))
+    call(copy_depth_first, tree, out, 0, np.empty((STACK_SIZE, 4), np.int64))
+    return out
+
+
+def grow(
+    make_rule: Callable[[], Any], count: int, progress: Progress, subtree: int = SUBTREE
+) -> tuple[Tree, Splits]:
+    """Build a tree over so many triangles.
+
+    Parameters
+    ----------
+    make_rule : callable
+        Returns a rule with scratch memory of its own, for one thread.
+    subtree : int
+        Triangles up to which a subtree is built by one call.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`; calls under way are awaited first.
+    """
+    tree, splits = room_for(count)
+    spare = Spare(lambda: (make_rule(), np.empty((STACK_SIZE, 4), np.int64)))
+
+    def work(node: int, first: int, size: int, depth: int) -> list[tuple[int, int, int, int]]:
+        """Split a node, or all below it; return the children that are left to do."""
+        children = []
+        with spare.lent() as (rule, stack):
+            n_left = call(
+                build_subtree, rule, tree, splits, node, first, size, depth, stack, size > subtree
+            )
+        if n_left:
+            left = int(tree.first[node])
+            children.append((left, first, n_left, depth + 1))
+            children.append((left + 1, first + n_left, size - n_left, depth + 1))
+        return children
+
+    done = 0
+    progress.report(done, count, TEXT)
+    with ThreadPoolExecutor(core_count()) as pool:
+        pending: dict[Future, int] = {pool.submit(work, 0, 0, count, 0): count}
+        try:
+            while pending:
+                finished, _ = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
+                for future in finished:
+                    size, children = pending.pop(future), future.result()
+                    for child in children:
+                        pending[pool.submit(work, *child)] = child[2]
+                    done += 0 if children else size
+                progress.report(done, count, TEXT)
+        finally:
+            for future in pending:
+                future.cancel()
+    return compact(tree), splits

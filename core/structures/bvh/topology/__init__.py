@@ -1,0 +1,1 @@
+"""Trees of hierarchies: made by builders, rearranged, collapsed, widened, fitted with volumes."""

@@ -1,0 +1,1 @@
+"""The traversals of hierarchies: of binary trees, and of wide ones."""

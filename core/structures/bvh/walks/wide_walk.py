@@ -1,0 +1,100 @@
+"""The walk of a wide hierarchy, front to back with a stack.
+
+As :mod:`.binary_walk`, with more children: the volumes of all are tested, and those that the ray
+hits go onto the stack, the nearest on top.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....contract.steps import NONE, SKIP, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
+from ....contract.structure import MAXIMUM_DEPTH, Found, walk
+from ....geometry.rays import ALL, ANY
+from ....geometry.volume import MISS, enter, prepare
+from ....kernels import implements
+from ..topology.wide import WIDEST
+from .binary_walk import ONE, ROOT, test_leaf
+
+WIDE_STACK_SIZE = (WIDEST - 1) * MAXIMUM_DEPTH + WIDEST
+"""Nodes that wait: at every level all children but the one that is visited."""
+
+
+class Wide(NamedTuple):
+    """A wide hierarchy as its walk sees it; node 0 is the root, siblings are neighbours.
+
+    Attributes
+    ----------
+    volumes : NamedTuple of arrays
+        The volume of every node; its type says of what kind.
+    first : (n_nodes,) int32
+        First child of an inner node, first triangle of a leaf.
+    size : (n_nodes,) int32
+        Triangles of a leaf; 0 marks an inner node.
+    width : (n_nodes,) int32
+        Children of an inner node; 0 for leaves.
+    """
+
+    volumes: Any
+    first: np.ndarray
+    size: np.ndarray
+    width: np.ndarray
+
+
+@implements(walk, Wide)
+def walk_wide(structure, triangles, ray, number, workspace, log):
+    """Front-to-back traversal with a stack, sorted as far as one node's children go.
+
+    Of children that are entered at the same t, the first comes first.
+    """
+    volumes, firsts, sizes = structure.volumes, structure.first, structure.size
+    cells, enters, strips = workspace.cells, workspace.enters, workspace.strips
+    best_t, best = np.inf, NONE
+    limit = ray.t_max
+    nodes_visited, leaves_visited, tests, volume_tests = 0, 0, 0, 1
+
+    prepare(volumes, ray, strips)
+    t = enter(volumes, ROOT, ray, strips, limit)
+    note(log, VOLUME_TEST, ROOT, NONE, t, t)
+    cells[0], enters[0] = 0, t
+    height = 0 if t == MISS else 1
+    while height > 0:
+        height -= 1
+        node, t = np.uint64(cells[height]), enters[height]
+        if t > limit:
+            # Put aside, and a nearer hit has made it useless meanwhile.
+            note(log, SKIP, node, NONE, t, limit)
+            continue
+        nodes_visited += 1
+        if sizes[node] == 0:
+            note(log, VISIT_INNER, node, NONE, t, limit)
+            child = np.uint64(firsts[node])
+            end = child + np.uint64(structure.width[node])
+            volume_tests += structure.width[node]
+            bottom = height
+            while child < end:
+                t = enter(volumes, child, ray, strips, limit)
+                note(log, VOLUME_TEST, child, NONE, t, t)
+                if t != MISS:
+                    place = height
+                    while place > bottom and enters[place - 1] <= t:
+                        cells[place], enters[place] = cells[place - 1], enters[place - 1]
+                        place -= 1
+                    cells[place], enters[place] = child, t
+                    height += 1
+                child += ONE
+        else:
+            leaves_visited += 1
+            note(log, VISIT_LEAF, node, NONE, t, limit)
+            tests += sizes[node]
+            best_t, best = test_leaf(
+                triangles, firsts[node], sizes[node], node, ray, log, best_t, best
+            )
+            if ray.query == ANY and best >= 0:
+                break
+            if ray.query != ALL and best >= 0:
+                limit = best_t
+
+    return Found(best_t, best, nodes_visited, leaves_visited, 0, tests, volume_tests, 0, 0, 0)
