@@ -227,7 +227,6 @@ class Batch:
 
 def write_hits(path: str, scene: Scene, traced: Any) -> None:
     """Write t, primitive (index in the file's order) and the counters of every ray."""
-    from ...core.contract.steps import COUNTER_NAMES
     from ...core.writing import replacing
 
     primitive = traced.hits.primitive
@@ -235,5 +234,5 @@ def write_hits(path: str, scene: Scene, traced: Any) -> None:
     with replacing(path) as file:
         np.savez_compressed(
             file, t=traced.hits.t, primitive=in_file, ray_class=traced.rays.classes,
-            **{name: traced.counters[name] for name in COUNTER_NAMES},
+            **traced.counters.by_name(),
         )  # fmt: skip

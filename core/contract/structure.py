@@ -12,6 +12,7 @@ A technique is one module in this folder with
 from __future__ import annotations
 
 import abc
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -27,19 +28,16 @@ from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
 from .cells import Cells
+from .counters import Counter, Counts
+from .events import Log, make_log
+from .figures import Figure
 from .statistics import Statistics
-from .steps import COUNTER_NAMES, Log, Steps, make_log
+from .steps import Steps
+from .workspace import Workspace, make_workspace
 
 SMALLEST_T = 1e-308
 """The t that the longest ray needs to cross a scene is at least this. Below, which is near the end
 of the range of float64, numbers lose their digits."""
-
-STACK_SIZE = 128
-"""Cells a walk can remember; no structure grows deeper (see MAXIMUM_DEPTH)."""
-
-MAXIMUM_DEPTH = 96
-"""Depth at which every hierarchy stops splitting, whatever its settings."""
-
 
 # ------------------------------------------------------------------ settings common to several
 
@@ -79,45 +77,34 @@ class CostSettings:
 
 
 class Found(NamedTuple):
-    """What the walk of one ray returns: the hit and the counters, in COUNTER_NAMES' order."""
+    """What the walk of one ray returns.
+
+    Attributes
+    ----------
+    t : float
+        Ray parameter of the hit, inf for a miss.
+    primitive : int
+        Index of the triangle in the scene, -1 for a miss.
+    counts : tuple of int
+        Values of the structure's COUNTERS, in their order.
+    """
 
     t: float
-    primitive: int | np.int64
-    n_ts: int
-    n_ets: int
-    n_eets: int
-    n_it: int
-    volume_tests: int
-    mailbox_hits: int
-    postponed_hits: int
-    cells_skipped: int
+    primitive: int | np.integer
+    counts: tuple[int, ...]
 
 
 NOWHERE = -2
 """Primitive of a ray whose walk has lost its way."""
 
-LOST = Found(np.inf, np.int64(NOWHERE), 0, 0, 0, 0, 0, 0, 0, 0)
-"""What a walk returns that has taken more steps than there can be, instead of going on for ever.
 
-That is a defect, whatever the ray: :meth:`Structure.trace` raises an error for it.
-"""
+def lost(counters: tuple[Counter, ...]) -> Found:
+    """Return what a walk returns that has taken more steps than there can be.
 
-
-class Workspace(NamedTuple):
-    """Scratch memory of one thread.
-
-    Attributes
-    ----------
-    cells : (STACK_SIZE,) int32
-    enters : (STACK_SIZE,) float64
-        The stack: cells still to visit and where the ray enters them.
-    mailbox : (n_triangles,) int32, or (1,) if the structure has none
-        Number of the last ray that met each triangle.
+    Instead of going on for ever. That is a defect, whatever the ray: :meth:`Structure.trace` raises
+    an error for it.
     """
-
-    cells: np.ndarray
-    enters: np.ndarray
-    mailbox: np.ndarray
+    return Found(np.inf, np.int64(NOWHERE), (0,) * len(counters))
 
 
 @dataclass(frozen=True)
@@ -134,21 +121,6 @@ class Hits:
 
     t: np.ndarray
     primitive: np.ndarray
-
-
-@dataclass(frozen=True)
-class Counters:
-    """Counters of a batch: `values` is (n, len(COUNTER_NAMES)) int32."""
-
-    values: np.ndarray
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        return self.values[:, COUNTER_NAMES.index(name)]
-
-    def means(self) -> dict[str, float]:
-        """Return the mean over all rays, by name."""
-        means = self.values.mean(axis=0, dtype=np.float64)
-        return dict(zip(COUNTER_NAMES, means.tolist(), strict=True))
 
 
 # ------------------------------------------------------------------------------ the one driver
@@ -184,14 +156,17 @@ def trace_range(structure, triangles, rays, first, last, workspace, log, t, prim
         found = walk(structure, triangles, ray, i, workspace, log)
         t[i] = found.t
         primitive[i] = found.primitive
-        counters[i, 0] = found.n_ts
-        counters[i, 1] = found.n_ets
-        counters[i, 2] = found.n_eets
-        counters[i, 3] = found.n_it
-        counters[i, 4] = found.volume_tests
-        counters[i, 5] = found.mailbox_hits
-        counters[i, 6] = found.postponed_hits
-        counters[i, 7] = found.cells_skipped
+        for column in range(len(found.counts)):
+            counters[i, column] = found.counts[column]
+
+
+def arrays_in(record: Any) -> Iterator[np.ndarray]:
+    """Yield the arrays of a record and of the records in it."""
+    if isinstance(record, np.ndarray):
+        yield record
+    elif isinstance(record, tuple):
+        for value in record:
+            yield from arrays_in(value)
 
 
 class Structure(abc.ABC):
@@ -203,12 +178,18 @@ class Structure(abc.ABC):
         Name on the command line, in the panel, and one sentence.
     Settings : type
         The settings dataclass.
+    COUNTERS : tuple of Counter
+        What the walk counts, in the order of its :class:`Found`.
+    FIGURES : tuple of Figure
+        What its statistics hold, in reading order.
     """
 
     name: ClassVar[str]
     label: ClassVar[str]
     summary: ClassVar[str]
     Settings: ClassVar[type]
+    COUNTERS: ClassVar[tuple[Counter, ...]]
+    FIGURES: ClassVar[tuple[Figure, ...]]
     BYTES_PER_TRIANGLE: ClassVar[int] = 80
     """Memory at the peak of a build; by default a copy of the triangles."""
     has_links: ClassVar[bool] = False
@@ -297,7 +278,7 @@ class Structure(abc.ABC):
 
     def memory(self) -> int:
         """Return the bytes of the structure's arrays, without the scene's triangles."""
-        return sum(array.nbytes for array in self.arrays if isinstance(array, np.ndarray))
+        return sum(array.nbytes for array in arrays_in(self.arrays))
 
     def trace(
         self,
@@ -306,7 +287,7 @@ class Structure(abc.ABC):
         *,
         threads: int = 0,
         progress: Progress = SILENT,
-    ) -> tuple[Hits, Counters]:
+    ) -> tuple[Hits, Counts]:
         """Trace a batch of rays.
 
         Parameters
@@ -340,7 +321,7 @@ class Structure(abc.ABC):
             arrays = arrays._replace(queries=np.full(count, query, dtype=np.uint8))
         t = np.empty(count)
         primitive = np.empty(count, dtype=np.int32)
-        counters = np.empty((count, len(COUNTER_NAMES)), dtype=np.int32)
+        counters = np.empty((count, len(self.COUNTERS)), dtype=np.int32)
         spare = Spare(self._workspace)
 
         def trace_chunk(first: int, last: int) -> None:
@@ -349,7 +330,7 @@ class Structure(abc.ABC):
 
         for_chunks(trace_chunk, count, threads, progress, f"Tracing {self.name}")
         self._complain_of_lost(primitive)
-        return Hits(t, primitive), Counters(counters)
+        return Hits(t, primitive), Counts(self.COUNTERS, counters)
 
     def record(self, rays: Rays, index: int, query: int | None = None) -> Steps:
         """Record the walk of one ray of a batch, with the same kernel that counts.
@@ -362,14 +343,14 @@ class Structure(abc.ABC):
         arrays = rays.select(np.array([index])).arrays()
         if query is not None:
             arrays = arrays._replace(queries=np.full(1, query, dtype=np.uint8))
-        out = np.empty(1), np.empty(1, np.int32), np.empty((1, len(COUNTER_NAMES)), np.int32)
+        out = np.empty(1), np.empty(1, np.int32), np.empty((1, len(self.COUNTERS)), np.int32)
         capacity = 1024
         while True:
             log = make_log(capacity)
             self._trace(arrays, 0, 1, self._workspace(), log, *out)
             self._complain_of_lost(out[1])
             if log.written[0] <= capacity:
-                return Steps.from_log(log)
+                return Steps.from_log(log, self.COUNTERS)
             capacity = int(log.written[0])
 
     def _trace(
@@ -388,6 +369,5 @@ class Structure(abc.ABC):
             )
 
     def _workspace(self) -> Workspace:
-        """Return scratch memory for one thread."""
-        mailbox = np.full(len(self.scene) if self.has_mailbox else 1, -1, dtype=np.int32)
-        return Workspace(np.empty(STACK_SIZE, np.int32), np.empty(STACK_SIZE), mailbox)
+        """Return scratch memory for one thread; a structure asks for what its walk uses."""
+        return make_workspace(mailbox=len(self.scene) if self.has_mailbox else 1)

@@ -37,16 +37,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contract.cells import Cells
+from ..contract.counters import CELLS_SKIPPED
+from ..contract.events import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
+from ..contract.figures import Figure
+from ..contract.leaf import NOTHING
 from ..contract.statistics import Statistics
-from ..contract.steps import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
-from ..contract.structure import LOST, Found, walk
+from ..contract.structure import Found, lost, walk
 from ..geometry.box import MISS, enter_box
 from ..kernels import call, implements, inlined, inner, kernel
 from ..parallel import for_chunks
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
-from .grid import Grid, GridSettings
+from . import grid
+from .grid import Grid, GridSettings, dda
 from .grid.broad import is_broad, walk_broad
 from .grid.dda import (
     ALREADY,
@@ -258,19 +262,30 @@ def leap(x, y, z, place, distance, t_last):
     return place, min(place.wall_x, place.wall_y, place.wall_z) if ends else t_exit
 
 
+COUNTERS = *dda.COUNTERS, CELLS_SKIPPED
+
+LOST = lost(COUNTERS)
+
+
+@inlined
+def found_with_regions(best, visited, empty, skipped):
+    """Return the answer of a walk that has visited so many regions, and skipped cells."""
+    counts = visited, visited, empty, best.tests, 1, best.mailbox_hits, best.postponed, skipped
+    return Found(best.t, best.primitive, counts)
+
+
 @implements(walk, MacroGridArrays)
 def walk_macro_grid(structure, triangles, ray, number, workspace, log):
     """Step from region to region; a cell with triangles is a region of its own."""
-    best_t, best = np.inf, np.int64(-1)
-    regions_visited, empty_visited, tests = 0, 0, 0
-    mailbox_hits, postponed, skipped = 0, 0, 0
+    best, visited, empty, skipped = NOTHING, 0, 0, 0
 
     t = enter_box(structure.box, 0, ray, ray.t_max)
     note(log, VOLUME_TEST, -1, -1, t, t)
     if t == MISS:
-        return Found(best_t, best, 0, 0, 0, 0, 1, 0, 0, 0)
+        return found_with_regions(best, visited, empty, skipped)
     if is_broad(structure, ray):
-        return walk_broad(structure, triangles, ray, number, workspace, log, t)
+        best, visited, empty = walk_broad(structure, triangles, ray, number, workspace, log, t)
+        return found_with_regions(best, visited, empty, skipped)
 
     octant = 0
     if structure.distances.shape[0] > 1:
@@ -280,23 +295,20 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
     y = way_along(structure, Y, ray.low_y, ray.high_y, ray.dy, ray.iy)
     z = way_along(structure, Z, ray.low_z, ray.high_z, ray.dz, ray.iz)
     place = place_in(x, y, z, first_cell(x, t), first_cell(y, t), first_cell(z, t))
-    t_last = end_of_walk(ray, best_t, best)
+    t_last = end_of_walk(ray, best)
     # A way crosses each layer of cells once.
     most = structure.resolution.sum()
-    while regions_visited < most:
+    while visited < most:
         cell = (place.i * ny + place.j) * nz + place.k
         distance = np.int64(structure.distances[octant, cell])
-        regions_visited += 1
+        visited += 1
         if distance == 0:
             t_exit = min(place.wall_x, place.wall_y, place.wall_z)
             note(log, VISIT_LEAF, cell, -1, t, t_exit)
-            best_t, best, tested, known, later = test_cell(
-                structure, triangles, ray, number, workspace, log, cell, t, t_exit, best_t, best
+            best = test_cell(
+                structure, triangles, ray, number, workspace, log, cell, t, t_exit, best
             )
-            tests += tested
-            mailbox_hits += known
-            postponed += later
-            t_last = end_of_walk(ray, best_t, best)
+            t_last = end_of_walk(ray, best)
             if t_exit > t_last:
                 break
             place = next_place(x, y, z, place, t_exit)
@@ -306,7 +318,7 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
                 place, t_exit = stroll(x, y, z, place, distance, t_last)
             else:
                 place, t_exit = leap(x, y, z, place, distance, t_last)
-            empty_visited += 1
+            empty += 1
             note(log, VISIT_EMPTY, cell, -1, t, t_exit)
             passed = walls_between(before, place)
             if t_exit <= t_last:
@@ -322,10 +334,7 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
     else:
         return LOST
 
-    return Found(
-        best_t, best, regions_visited, regions_visited, empty_visited, tests, 1, mailbox_hits,
-        postponed, skipped,
-    )  # fmt: skip
+    return found_with_regions(best, visited, empty, skipped)
 
 
 # ------------------------------------------------------------------------------- the structure
@@ -338,6 +347,17 @@ class MacroGrid(Grid):
     label = "Grid with Macro-Cells"
     summary = "Uniform grid that skips empty space in boxes, by the distance to the next triangle"
     Settings = MacroGridSettings
+    COUNTERS = COUNTERS
+    FIGURES = (
+        *grid.FIGURES,
+        Figure(
+            "mean_distance",
+            "cells from an empty one to the nearest with triangles, in the mean",
+            "Mean distance of empty cells",
+        ),
+        Figure("max_distance", "the largest of these distances"),
+        Figure("distance_bytes", "memory that the distances take"),
+    )
 
     arrays: MacroGridArrays  # type: ignore[assignment]
 

@@ -11,12 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contract.cells import Cells
+from ..contract.counters import N_ETS, N_IT, N_TS
+from ..contract.events import NONE, VISIT_LEAF, note
+from ..contract.figures import COST_OF_CELLS, OF_CELLS
+from ..contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ..contract.statistics import Statistics
-from ..contract.steps import HIT, TEST, VISIT_LEAF, note
 from ..contract.structure import Found, Structure, intersection_cost, traversal_cost, walk
 from ..geometry.box_shape import surface_area
-from ..geometry.rays import ANY
-from ..geometry.triangle import Triangles, intersect, triangles_of
+from ..geometry.triangle import Triangles, triangles_of
 from ..kernels import implements
 from ..progress import SILENT, Progress
 from ..scene import Scene
@@ -39,20 +41,12 @@ class NaiveArrays(NamedTuple):
 @implements(walk, NaiveArrays)
 def walk_naive(structure, triangles, ray, number, workspace, log):
     """Test every triangle; the scene is one leaf."""
-    best_t, best = np.inf, -1
-    tests = 0
-    note(log, VISIT_LEAF, 0, -1, 0.0, ray.t_max)
-    for i in range(len(triangles.ids)):
-        t = intersect(triangles, i, ray)
-        tests += 1
-        note(log, TEST, 0, i, t, t)
-        # Triangles come in ascending order, so of equal t the lowest id stays.
-        if t <= ray.t_max and t < best_t:
-            best_t, best = t, i
-            note(log, HIT, 0, i, t, t)
-            if ray.query == ANY:
-                break
-    return Found(best_t, best, 1, 1, 0, tests, 0, 0, 0, 0)
+    note(log, VISIT_LEAF, 0, NONE, 0.0, ray.t_max)
+    best = test_leaf(
+        triangles, None, False, 0, len(triangles.ids), ray, number, workspace, log,
+        0, 0.0, EVERYWHERE, True, NOTHING,
+    )  # fmt: skip
+    return Found(best.t, best.primitive, (1, 1, best.tests))
 
 
 class Naive(Structure):
@@ -62,6 +56,8 @@ class Naive(Structure):
     label = "Naive"
     summary = "Every ray against every triangle: the baseline and the truth"
     Settings = NaiveSettings
+    COUNTERS = N_TS, N_ETS, N_IT
+    FIGURES = *OF_CELLS, *COST_OF_CELLS
 
     arrays: NaiveArrays
     triangles: Triangles

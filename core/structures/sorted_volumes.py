@@ -22,20 +22,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contract.cells import Cells
+from ..contract.counters import CELLS_SKIPPED, N_ETS, N_IT, N_TS, VOLUME_TESTS
+from ..contract.events import LEAP, NONE, SKIP, VISIT_LEAF, VOLUME_TEST, note
+from ..contract.figures import COST_OF_CELLS, EXPECTED_VOLUME_TESTS, OF_CELLS
+from ..contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ..contract.statistics import Statistics
-from ..contract.steps import HIT, LEAP, NONE, SKIP, TEST, VISIT_LEAF, VOLUME_TEST, note
 from ..contract.structure import Found, Structure, intersection_cost, traversal_cost, walk
+from ..contract.workspace import Workspace, make_workspace
 from ..geometry.box_shape import surface_area
 from ..geometry.kinds import COMBINED, KINDS
 from ..geometry.rays import ALL, ANY
-from ..geometry.triangle import intersect, triangles_of
-from ..geometry.volume import MISS, MOST_STRIPS, enter, prepare
+from ..geometry.triangle import triangles_of
+from ..geometry.volume import MISS, enter, prepare
 from ..kernels import implements, inner
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
 from .bvh.topology.fit import fit_all, sticking_out
-from .bvh.walks.binary_walk import VolumeWorkspace
 
 
 @dataclass(frozen=True)
@@ -116,10 +119,10 @@ def walk_sorted(structure, triangles, ray, number, workspace, log):
     A volume entered exactly at the hit is still looked into: of equal t the lowest triangle wins.
     """
     volumes, offsets = structure.volumes, structure.offsets
-    cells, enters, strips = workspace.cells, workspace.enters, workspace.strips
-    best_t, best = np.inf, NONE
+    cells, enters, strips = workspace.cells, workspace.enters, workspace.frame
+    best = NOTHING
     limit = ray.t_max
-    objects, tests, waiting = 0, 0, 0
+    objects, waiting = 0, 0
 
     prepare(volumes, ray, strips)
     for i in range(len(offsets) - 1):
@@ -128,22 +131,16 @@ def walk_sorted(structure, triangles, ray, number, workspace, log):
         if t != MISS:
             put(cells, enters, waiting, i, t)
             waiting += 1
-    while waiting > 0 and enters[0] <= limit and not (ray.query == ANY and best >= 0):
+    while waiting > 0 and enters[0] <= limit and not (ray.query == ANY and best.primitive >= 0):
         cell = np.int64(cells[0])
         objects += 1
         note(log, VISIT_LEAF, cell, NONE, enters[0], limit)
-        for i in range(offsets[cell], offsets[cell + 1]):
-            hit_t = intersect(triangles, i, ray)
-            tests += 1
-            n = np.int64(triangles.ids[i])
-            note(log, TEST, cell, n, hit_t, hit_t)
-            if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
-                best_t, best = hit_t, n
-                note(log, HIT, cell, n, hit_t, hit_t)
-                if ray.query != ALL:
-                    limit = hit_t
-                if ray.query == ANY:
-                    break
+        best = test_leaf(
+            triangles, None, False, offsets[cell], offsets[cell + 1], ray, number, workspace, log,
+            cell, enters[0], EVERYWHERE, True, best,
+        )  # fmt: skip
+        if ray.query != ALL and best.primitive >= 0:
+            limit = best.t
         remove_first(cells, enters, waiting)
         waiting -= 1
     for i in range(waiting):
@@ -152,7 +149,7 @@ def walk_sorted(structure, triangles, ray, number, workspace, log):
         note(log, LEAP, NONE, waiting, limit, limit)
 
     n_volumes = len(offsets) - 1
-    return Found(best_t, best, objects, objects, 0, tests, n_volumes, 0, 0, waiting)
+    return Found(best.t, best.primitive, (objects, objects, best.tests, n_volumes, waiting))
 
 
 class SortedVolumes(Structure):
@@ -166,6 +163,8 @@ class SortedVolumes(Structure):
     label = "Sorted Volumes"
     summary = "All bounding volumes, sorted by where the ray enters them, with an early end"
     Settings = SortedVolumesSettings
+    COUNTERS = N_TS, N_ETS, N_IT, VOLUME_TESTS, CELLS_SKIPPED
+    FIGURES = *OF_CELLS, *COST_OF_CELLS, EXPECTED_VOLUME_TESTS
 
     arrays: VolumeList
     BYTES_PER_TRIANGLE = 160
@@ -200,10 +199,6 @@ class SortedVolumes(Structure):
             self.settings.C_trav, self.settings.C_isect, {"expected_volume_tests": len(count)},
         )  # fmt: skip
 
-    def memory(self) -> int:
-        """Return the bytes of the volumes and offsets."""
-        return sum(array.nbytes for array in _arrays_in(self.arrays))
-
     def validate(self) -> list[str]:
         """Check that objects partition the triangles and that volumes contain theirs."""
         violations = []
@@ -219,16 +214,8 @@ class SortedVolumes(Structure):
             violations.append(f"triangles stick out of {len(outsiders)} volumes")
         return violations
 
-    def _workspace(self) -> Any:
-        size = len(self.arrays.offsets) - 1
-        return VolumeWorkspace(np.empty(size, np.int32), np.empty(size), np.empty((MOST_STRIPS, 3)))
-
-
-def _arrays_in(record: Any) -> list[np.ndarray]:
-    """Return the arrays of a record and of the records in it."""
-    if isinstance(record, np.ndarray):
-        return [record]
-    return [array for value in record for array in _arrays_in(value)]
+    def _workspace(self) -> Workspace:
+        return make_workspace(cells=len(self.arrays.offsets) - 1)
 
 
 def objects_of(scene: Scene, parts: int, progress: Progress) -> tuple[np.ndarray, np.ndarray]:

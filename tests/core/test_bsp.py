@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from accelscope.core.contract.steps import HIT, POSTPONE, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF
+from accelscope.core.contract.events import HIT, POSTPONE, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF
 from accelscope.core.errors import InputError
 from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.box_shape import surface_area

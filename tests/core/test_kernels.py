@@ -224,7 +224,7 @@ def test_the_cache_forgets_old_versions_only(toy, warm_cache):
 
 
 def test_an_inner_kernel_is_not_called_from_python():
-    from accelscope.core.contract.steps import make_log, note
+    from accelscope.core.contract.events import make_log, note
     from accelscope.core.kernels import call, has_numba
 
     assert has_numba()

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from accelscope.core.contract.steps import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST
+from accelscope.core.contract.events import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST
 from accelscope.core.errors import InputError
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.progress import SILENT

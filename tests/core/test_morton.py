@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 import pytest
-from accelscope.core.contract.structure import MAXIMUM_DEPTH
+from accelscope.core.contract.workspace import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT, Cancelled, Progress

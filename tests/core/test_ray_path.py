@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from accelscope.core.contract.steps import (
+from accelscope.core.contract.events import (
     HIT,
     KIND_NAMES,
     POSTPONE,

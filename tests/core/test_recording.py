@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from accelscope.core.contract.steps import (
+from accelscope.core.contract.events import (
     HIT,
     MAILBOX,
     POSTPONE,

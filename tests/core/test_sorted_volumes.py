@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from accelscope.core.contract.steps import HIT, LEAP, SKIP, VISIT_LEAF, VOLUME_TEST
+from accelscope.core.contract.events import HIT, LEAP, SKIP, VISIT_LEAF, VOLUME_TEST
 from accelscope.core.evaluation.pages.ray_path import event_text
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.scene import Scene

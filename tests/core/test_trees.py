@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from accelscope.core.contract.structure import MAXIMUM_DEPTH
+from accelscope.core.contract.workspace import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.progress import SILENT

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from accelscope.core.contract.steps import HIT, POSTPONE, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF
+from accelscope.core.contract.events import HIT, POSTPONE, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.kernels import has_numba, kernel
 from accelscope.core.structures import structures

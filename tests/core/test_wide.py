@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 import pytest
-from accelscope.core.contract.structure import MAXIMUM_DEPTH
+from accelscope.core.contract.workspace import MAXIMUM_DEPTH
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.rays import ALL
 from accelscope.core.structures.bvh.topology.tree import Tree, depths_of, ranges_of

@@ -10,8 +10,8 @@ import numpy as np
 
 from ...colours import EMPTY_TINT, depth_colours, face_opacity
 from ...contract.cells import Cells
+from ...contract.events import VISIT_EMPTY, VISIT_LEAF
 from ...contract.outlines import faces_of, triangles_of, wires_of
-from ...contract.steps import VISIT_EMPTY, VISIT_LEAF
 from ...contract.structure import Structure
 from ...geometry.box_shape import surface_area
 from ...geometry.rays import Rays

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contract.cells import Cells
-from ...contract.outlines import wires_of
-from ...contract.steps import (
+from ...contract.events import (
     HIT,
     KIND_NAMES,
     LEAP,
@@ -19,8 +18,9 @@ from ...contract.steps import (
     VISIT_INNER,
     VISIT_LEAF,
     VOLUME_TEST,
-    Steps,
 )
+from ...contract.outlines import wires_of
+from ...contract.steps import Steps
 from ...contract.structure import Structure
 from ...geometry.box_shape import box_segments
 from ...geometry.marks import arrows, stars

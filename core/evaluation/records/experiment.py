@@ -17,7 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from ...contract.structure import Counters, Hits, Structure
+from ...contract.counters import Counts
+from ...contract.figures import of_keys
+from ...contract.structure import Hits, Structure
 from ...errors import InputError
 from ...geometry.rays import ALL, Rays
 from ...kernels import announcing
@@ -47,7 +49,7 @@ class Traced:
     settings: Any
     rays: Rays
     hits: Hits
-    counters: Counters
+    counters: Counts
     seconds: float
     threads: int
 
@@ -194,7 +196,7 @@ def make_record(built: Built, traced: Traced | None, progress: Progress = SILENT
         "scene": describe_scene(structure.scene),
         "structure": {"name": structure.name, "settings": to_json(structure.settings)},
         "build": {"seconds": built.seconds, "bytes": structure.memory()},
-        "statistics": structure.statistics(progress).to_json(),
+        "statistics": of_keys(structure.statistics(progress).to_json(), structure.FIGURES),
         "environment": environment(traced.threads if traced else None),
     }
     if traced is None:

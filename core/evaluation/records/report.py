@@ -9,8 +9,9 @@ import re
 import unicodedata
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+from ...contract.structure import Structure
 from ...memory import in_words
 from ...printing import printable
 from ...settings import to_json
@@ -126,54 +127,61 @@ def show_seconds(value: float) -> str:
     return f"{value * 1e3:.0f} ms" if value >= 0.01 else f"{value * 1e3:.2f} ms"
 
 
-Figure = tuple[str, str, tuple[str, ...], Callable[[Any], str]]
+UNITS: dict[str, Callable[[Any], str]] = {
+    "": show_number,
+    "count": show_integer,
+    "seconds": show_seconds,
+    "bytes": in_words,
+}
+"""How values are shown, by their unit."""
 
-FIGURES: tuple[Figure, ...] = (
-    # section, label, path in the record, how it is shown
-    ("Scene", "Triangles", ("scene", "triangles"), show_integer),
-    ("Scene", "Dropped triangles", ("scene", "dropped_triangles"), show_integer),
-    ("Build", "Build time", ("build", "seconds"), show_seconds),
-    ("Build", "Memory", ("build", "bytes"), in_words),
-    ("Structure", "N_IN inner nodes", ("statistics", "N_IN"), show_integer),
-    ("Structure", "N_V leaves", ("statistics", "N_V"), show_integer),
-    ("Structure", "N_EV empty leaves", ("statistics", "N_EV"), show_integer),
-    ("Structure", "N_OIV references", ("statistics", "N_OIV"), show_integer),
-    ("Structure", "Max depth", ("statistics", "max_depth"), show_integer),
-    ("Structure", "Mean leaf size", ("statistics", "mean_leaf_size"), show_number),
-    ("Structure", "References per triangle", ("statistics", "duplication"), show_number),
-    ("Structure", "Bytes per triangle", ("statistics", "bytes_per_triangle"), show_number),
-    ("Structure", "Oblique planes", ("statistics", "oblique_planes"), show_integer),
-    ("Structure", "Faces per leaf", ("statistics", "faces_per_leaf"), show_number),
-    ("Structure", "Mean distance of empty cells", ("statistics", "mean_distance"), show_number),
-    ("Structure", "Overlap of siblings", ("statistics", "overlap"), show_number),
-    ("Structure", "Nodes that do not pay", ("statistics", "nodes_not_paying"), show_integer),
-    ("Structure", "SAH cost", ("statistics", "sah"), show_number),
-    ("Structure", "C_trav", ("statistics", "sah_constants", "C_trav"), show_number),
-    ("Structure", "C_isect", ("statistics", "sah_constants", "C_isect"), show_number),
-    ("Storages of this tree", "Pointers", ("statistics", "bytes_pointer"), in_words),
-    ("Storages of this tree", "Implicit array", ("statistics", "bytes_implicit"), in_words),
-    ("Storages of this tree", "Linear octree", ("statistics", "bytes_linear"), in_words),
-    ("Storages of this tree", "Hash table", ("statistics", "bytes_hash"), in_words),
-    (
-        "Storages of this tree",
-        "Planes and lists, in all of them",
-        ("statistics", "bytes_planes_and_references"),
-        in_words,
-    ),
-    ("Rays", "Rays", ("rays", "count"), show_integer),
-    ("Rays", "Hits", ("trace", "hits"), show_integer),
-    ("Rays", "Trace time", ("trace", "seconds"), show_seconds),
-    ("Rays", "Rays per second", ("trace", "rays_per_second"), show_integer),
-    ("Per ray", "N_TS steps", ("trace", "N_TS"), show_number),
-    ("Per ray", "N_ETS leaves", ("trace", "N_ETS"), show_number),
-    ("Per ray", "N_EETS empty leaves", ("trace", "N_EETS"), show_number),
-    ("Per ray", "N_IT triangle tests", ("trace", "N_IT"), show_number),
-    ("Per ray", "Volume tests", ("trace", "volume_tests"), show_number),
-    ("Per ray", "Mailbox hits", ("trace", "mailbox_hits"), show_number),
-    ("Per ray", "Postponed hits", ("trace", "postponed_hits"), show_number),
-    ("Per ray", "Cells skipped", ("trace", "cells_skipped"), show_number),
+
+class Row(NamedTuple):
+    """Where a value stands in a record, and how it is shown."""
+
+    section: str
+    label: str
+    path: tuple[str, ...]
+    unit: str
+    column: str = ""
+
+
+SCENE_AND_BUILD = (
+    Row("Scene", "Triangles", ("scene", "triangles"), "count", "triangles"),
+    Row("Scene", "Dropped triangles", ("scene", "dropped_triangles"), "count"),
+    Row("Build", "Build time", ("build", "seconds"), "seconds", "build"),
+    Row("Build", "Memory", ("build", "bytes"), "bytes", "memory"),
 )
-"""The figures a person sees, in reading order; the names are the record's own."""
+
+RAYS = (
+    Row("Rays", "Rays", ("rays", "count"), "count"),
+    Row("Rays", "Hits", ("trace", "hits"), "count", "hits"),
+    Row("Rays", "Trace time", ("trace", "seconds"), "seconds"),
+    Row("Rays", "Rays per second", ("trace", "rays_per_second"), "count"),
+)
+
+
+def rows_of(structure: type[Structure]) -> list[Row]:
+    """Return what a person sees of a structure, in reading order: its own figures and counters."""
+    return [
+        *SCENE_AND_BUILD,
+        *(
+            Row(
+                each.section,
+                each.label,
+                ("statistics", *each.key.split(".")),
+                each.unit,
+                each.column,
+            )
+            for each in structure.FIGURES
+            if each.label
+        ),
+        *RAYS,
+        *(
+            Row("Per ray", each.label, ("trace", each.name), "", each.column)
+            for each in structure.COUNTERS
+        ),
+    ]
 
 
 def look_up(record: Record, path: Sequence[str]) -> Any:
@@ -187,10 +195,12 @@ def look_up(record: Record, path: Sequence[str]) -> Any:
 def figures(record: Record) -> list[tuple[str, str, str]]:
     """Return (section, label, text) for the panel, of what the record has."""
     rows = []
-    for section, label, path, show in FIGURES:
-        value = look_up(record, path)
+    for row in rows_of(structure_named(record["structure"]["name"])):
+        value = look_up(record, row.path)
         if value is not None:
-            rows.append((section, label, show(value)))
+            show = UNITS[row.unit]
+            text = " x ".join(map(show, value)) if isinstance(value, list) else show(value)
+            rows.append((row.section, row.label, text))
     return rows
 
 
@@ -205,33 +215,39 @@ def spec_of(structure: Record) -> str:
     return ":".join([structure["name"]] + ([",".join(changed)] if changed else []))
 
 
-TABLE: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
+TEXT_COLUMNS: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
     ("scene", ("scene", "name"), str),
     ("structure", ("structure",), spec_of),
     ("rays", ("rays", "name"), str),
-    ("triangles", ("scene", "triangles"), show_integer),
-    ("build", ("build", "seconds"), show_seconds),
-    ("memory", ("build", "bytes"), in_words),
-    ("N_V", ("statistics", "N_V"), show_integer),
-    ("N_OIV", ("statistics", "N_OIV"), show_integer),
-    ("SAH", ("statistics", "sah"), show_number),
-    ("hits", ("trace", "hits"), show_integer),
-    ("N_TS", ("trace", "N_TS"), show_number),
-    ("N_ETS", ("trace", "N_ETS"), show_number),
-    ("N_IT", ("trace", "N_IT"), show_number),
-    ("Mrays/s", ("trace", "rays_per_second"), lambda value: f"{value / 1e6:.3f}"),
 )
-TEXT_COLUMNS = 3
+
+
+PARTS = "scene", "build", "statistics", "rays", "trace"
+"""Parts of a record in the order of the table's columns."""
 
 
 def table(records: Sequence[Record]) -> str:
-    """Return the records as an aligned table, one line each; failed ones with their reason."""
-    rows = [[title for title, _, _ in TABLE]]
+    """Return the records as an aligned table, one line each; failed ones with their reason.
+
+    Figures and counters of the structures that are in it have a column, if they want one.
+    """
+    kinds = {record["structure"]["name"]: None for record in records}
+    # Each once, in the order in which the first structure has them.
+    columns = {
+        row.column: row for name in kinds for row in rows_of(structure_named(name)) if row.column
+    }
+    ordered = sorted(columns.values(), key=lambda row: PARTS.index(row.path[0]))
+    rows = [[title for title, _, _ in TEXT_COLUMNS] + [row.column for row in ordered] + ["Mrays/s"]]
     for record in records:
-        columns = TABLE[:TEXT_COLUMNS] if "error" in record else TABLE
-        row = [show(look_up(record, path)) for _, path, show in columns]
-        rows.append([*row, failure(record)] if "error" in record else row)
-    return aligned(rows, TEXT_COLUMNS)
+        texts = [show(look_up(record, path)) for _, path, show in TEXT_COLUMNS]
+        if "error" in record:
+            rows.append([*texts, failure(record)])
+            continue
+        for row in ordered:
+            value = look_up(record, row.path)
+            texts.append("-" if value is None else UNITS[row.unit](value))
+        rows.append([*texts, f"{record['trace']['rays_per_second'] / 1e6:.3f}"])
+    return aligned(rows, len(TEXT_COLUMNS))
 
 
 def failure(record: Record) -> str:

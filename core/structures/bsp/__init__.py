@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from ...contract.cells import Cells, when_divided
+from ...contract.figures import Figure
 from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.triangle import Triangles, areas_of, triangles_of
 from ...memory import refuse_if_too_large
@@ -39,7 +40,7 @@ from ..subdivision.settings import (
     padding_setting,
     walk_setting,
 )
-from ..subdivision.structure import Subdivision, Topology, padded_box
+from ..subdivision.structure import FIGURES, Subdivision, Topology, padded_box
 from ..subdivision.subtrees import Limits
 from ..subdivision.walks import WALKS
 from .build import grow_tree
@@ -115,6 +116,11 @@ class Bsp(Subdivision):
     label = "BSP Tree"
     summary = "Binary tree of convex cells, cut by planes of any orientation"
     Settings = BspSettings
+    FIGURES = (
+        *FIGURES,
+        Figure("oblique_planes", "planes across no axis", "Oblique planes", "count"),
+        Figure("faces_per_leaf", "faces of a leaf's cell, in the mean", "Faces per leaf"),
+    )
     is_cut_by_planes = True
 
     def __init__(

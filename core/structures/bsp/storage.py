@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contract.steps import NONE, VISIT_INNER, VOLUME_TEST, note
-from ...contract.structure import LOST, walk
+from ...contract.events import NONE, VISIT_INNER, VOLUME_TEST, note
+from ...contract.structure import walk
 from ...kernels import implements, inner
 from ..subdivision.tree import (
     ROOT,
@@ -35,7 +35,7 @@ from ..subdivision.tree import (
     near_part,
     push,
 )
-from ..subdivision.walks import NOTHING, Recursive, found, limit_of, visit_leaf
+from ..subdivision.walks import LOST, NOWHERE_YET, Recursive, found, limit_of, visit_leaf
 
 SLACKS = 2.0
 """Rounding that the band holds, in differences of a ray's two slacked origins: 32 ulps."""
@@ -176,13 +176,13 @@ def walk_march(structure, triangles, ray, number, workspace, log):
     written = log.written[0]
     root, enter_late, _ = enter_root(tree.box, ray, workspace.frame)
     note(log, VOLUME_TEST, NONE, NONE, root.enter, root.enter)
-    best, inner_nodes = NOTHING, 0
+    visited, inner_nodes = NOWHERE_YET, 0
     entry = Passage(root.enter, enter_late, np.int64(-1), True)
     searching = root.enter < np.inf
     n_leaves = len(tree.offsets) - 1
     while searching:
         # A ray enters every leaf once.
-        if best.leaves == n_leaves:
+        if visited.leaves == n_leaves:
             return LOST
         node, passage, depth = find_leaf(tree, workspace.frame, log, entry, root)
         if not passage.is_clear:
@@ -191,10 +191,10 @@ def walk_march(structure, triangles, ray, number, workspace, log):
             again = Recursive(tree, structure.mailbox)
             return walk(again, triangles, ray, -2 - number, workspace, log)
         inner_nodes += depth
-        best = visit_leaf(
+        visited = visit_leaf(
             tree, structure.mailbox, triangles, ray, number, workspace, log,
-            node, leaf_index(tree, node), entry.t, passage.t, best,
+            node, leaf_index(tree, node), entry.t, passage.t, visited,
         )  # fmt: skip
         entry = passage
-        searching = entry.node >= 0 and entry.t <= limit_of(ray, best)
-    return found(best, inner_nodes)
+        searching = entry.node >= 0 and entry.t <= limit_of(ray, visited)
+    return found(visited, inner_nodes)

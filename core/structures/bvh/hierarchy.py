@@ -15,12 +15,14 @@ from typing import Any
 import numpy as np
 
 from ...contract.cells import Cells
+from ...contract.counters import N_ETS, N_IT, N_TS, VOLUME_TESTS
+from ...contract.figures import COST_OF_TREE, EXPECTED_VOLUME_TESTS, OF_TREE, Figure
 from ...contract.statistics import Statistics
-from ...contract.structure import STACK_SIZE, Structure
+from ...contract.structure import Structure
+from ...contract.workspace import STACK_SIZE, Workspace, make_workspace
 from ...geometry.box import Boxes, boxes_of
 from ...geometry.box_shape import surface_area
 from ...geometry.triangle import Triangles, triangles_of
-from ...geometry.volume import MOST_STRIPS
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...scene import Scene
@@ -38,8 +40,37 @@ from .topology.pieces import referred
 from .topology.tree import Grouping, Primitives, Splits, Tree, depths_of, linked, ranges_of
 from .topology.validation import violations_of
 from .topology.wide import WideTree, widened
-from .walks.binary_walk import Binary, VolumeWorkspace
+from .walks.binary_walk import Binary
 from .walks.wide_walk import WIDE_STACK_SIZE, Wide
+
+FIGURES = (
+    *OF_TREE,
+    Figure("duplication", "references per triangle, by spatial splits", "References per triangle"),
+    Figure("spatial_splits", "nodes that were split so", "Spatial splits", "count"),
+    Figure(
+        "overlap",
+        "surface that siblings share, over their parent's, in the mean",
+        "Overlap of siblings",
+    ),
+    Figure(
+        "nodes_not_paying",
+        "inner nodes whose volumes cost more than they save: K B + sum p_i I_i >= sum I_i",
+        "Nodes that do not pay",
+        "count",
+    ),
+    Figure("nodes_not_paying_expected", "the same, if no ray ended before it leaves the root"),
+    *COST_OF_TREE,
+    EXPECTED_VOLUME_TESTS,
+    Figure("binary", "of a wide tree: figures of the binary one that it was made of"),
+    Figure("clusters", "of `ploc`: clusters left after each iteration"),
+    Figure("queue_lengths", "of `parallel_sah`: nodes in the queue of each level"),
+    Figure("queue_splits", "of `parallel_sah`: those among them that were split"),
+    Figure("optimise_steps", "steps of the optimiser"),
+    Figure("optimise_moves", "changes that it made"),
+    Figure("optimise_costs", "SAH of single triangles before and after each of its steps"),
+    Figure("optimise_pays", "whether the rearranged tree was kept"),
+)
+"""What only some builders and optimisers say is there with those alone."""
 
 MOST_SHAPES = 20_000
 """Volumes that are drawn in their shape, if they are not boxes."""
@@ -82,6 +113,8 @@ class BVH(Structure):
     label = "BVH"
     summary = "Tree of bounding volumes, walked front to back"
     Settings = BVHSettings
+    COUNTERS = N_TS, N_ETS, N_IT, VOLUME_TESTS
+    FIGURES = FIGURES
     can_be_refitted = True
 
     arrays: Binary | Wide
@@ -263,14 +296,9 @@ class BVH(Structure):
             self.settings.C_trav, self.settings.C_isect, extra,
         )  # fmt: skip
 
-    def memory(self) -> int:
-        """Return the bytes of the tree and its volumes."""
-        volumes, *others = self.arrays
-        return sum(array.nbytes for array in (*volumes, *others))
-
-    def _workspace(self) -> Any:
-        size = WIDE_STACK_SIZE if isinstance(self.arrays, Wide) else STACK_SIZE
-        return VolumeWorkspace(np.empty(size, np.int32), np.empty(size), np.empty((MOST_STRIPS, 3)))
+    def _workspace(self) -> Workspace:
+        is_wide = isinstance(self.arrays, Wide)
+        return make_workspace(cells=WIDE_STACK_SIZE if is_wide else STACK_SIZE)
 
     def validate(self) -> list[str]:
         """Check that leaves partition the references and that volumes contain what is below."""

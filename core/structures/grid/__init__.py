@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from ...contract.cells import Cells
+from ...contract.counters import Counter
+from ...contract.figures import COST_OF_CELLS, OF_CELLS, Figure
 from ...contract.statistics import Statistics
 from ...contract.structure import Structure, intersection_cost, traversal_cost
 from ...errors import InputError
@@ -25,6 +28,7 @@ from ...scene import Scene
 from ...settings import OPEN, setting
 from . import walk as walk  # registers it
 from .cells import GridArrays, fill_cells, hair_and_touch
+from .dda import COUNTERS
 from .resolution import (
     REFERENCES_PER_CELL,
     USUAL_DENSITY,
@@ -98,6 +102,13 @@ class GridSettings:
     C_isect: float = intersection_cost()
 
 
+FIGURES = (
+    Figure("resolution", "cells along x, y and z", "Resolution", "count"),
+    *OF_CELLS,
+    *COST_OF_CELLS,
+)
+
+
 class Grid(Structure):
     """Uniform subdivision of space."""
 
@@ -105,6 +116,8 @@ class Grid(Structure):
     label = "Uniform Grid"
     summary = "Equal cells in CSR lists, walked by a 3D DDA"
     Settings = GridSettings
+    COUNTERS: ClassVar[tuple[Counter, ...]] = COUNTERS
+    FIGURES: ClassVar[tuple[Figure, ...]] = FIGURES
 
     arrays: GridArrays
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...contract.steps import VISIT_EMPTY, VISIT_LEAF, note
-from ...contract.structure import Found
+from ...contract.events import VISIT_EMPTY, VISIT_LEAF, note
+from ...contract.leaf import EVERYWHERE, NOTHING
 from ...kernels import inner
 from .cells import cell_at
 from .dda import FOREVER, end_of_walk, test_cell
@@ -52,9 +52,15 @@ def cells_between(grid, ray, axis, begin, end):
 
 @inner
 def walk_broad(grid, triangles, ray, number, workspace, log, t_enter):
-    """Visit all cells that a broad ray reaches into, layer by layer, from `t_enter` on."""
-    best_t, best = np.inf, np.int64(-1)
-    visited, empty, tests, mailbox_hits = 0, 0, 0, 0
+    """Visit all cells that a broad ray reaches into, layer by layer, from `t_enter` on.
+
+    Returns
+    -------
+    best : Best
+    visited, empty : int
+        Cells.
+    """
+    best, visited, empty = NOTHING, 0, 0
     ny, nz = grid.resolution[1], grid.resolution[2]
     axis = np.int64(ray.kz)
     u, v = (axis + 1) % 3, (axis + 2) % 3
@@ -70,7 +76,7 @@ def walk_broad(grid, triangles, ray, number, workspace, log, t_enter):
         end = (walls[layer + ascends] - (o - slack)) * inverse
         if end < t_enter:
             continue
-        if begin > end_of_walk(ray, best_t, best):
+        if begin > end_of_walk(ray, best):
             break
         # Where the inverse overflows, both may be anything.
         begin = begin if begin > t_enter else t_enter
@@ -86,12 +92,10 @@ def walk_broad(grid, triangles, ray, number, workspace, log, t_enter):
                     note(log, VISIT_EMPTY, cell, -1, begin, end)
                     continue
                 note(log, VISIT_LEAF, cell, -1, begin, end)
-                best_t, best, tested, known, _ = test_cell(
-                    grid, triangles, ray, number, workspace, log, cell, begin, np.inf, best_t, best
+                best = test_cell(
+                    grid, triangles, ray, number, workspace, log, cell, begin, EVERYWHERE, best
                 )
-                tests += tested
-                mailbox_hits += known
-    return Found(best_t, best, visited, visited, empty, tests, 1, mailbox_hits, 0, 0)
+    return best, visited, empty
 
 
 @inner

@@ -21,9 +21,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...contract.steps import HIT, MAILBOX, POSTPONE, TEST, note
+from ...contract.counters import (
+    MAILBOX_HITS,
+    N_EETS,
+    N_ETS,
+    N_IT,
+    N_TS,
+    POSTPONED_HITS,
+    VOLUME_TESTS,
+)
+from ...contract.leaf import test_leaf
+from ...contract.structure import Found
 from ...geometry.rays import ALL, ANY
-from ...geometry.triangle import intersect
 from ...kernels import inlined, inner
 from .cells import cell_at
 
@@ -162,43 +171,34 @@ def is_outside(x, y, z, place):
 
 
 @inlined
-def end_of_walk(ray, best_t, best):
+def end_of_walk(ray, best):
     """Return the t up to which walls are crossed: a cell that the ray leaves later is the last."""
     if ray.query == ALL:
         return min(ray.t_max, FOREVER)
-    if ray.query == ANY and best >= 0:
+    if ray.query == ANY and best.primitive >= 0:
         return -np.inf
     # The hit must lie in the current cell. One exactly on the wall waits for the next cell,
     # which may hold a triangle of lower id at the same t.
-    return min(best_t, ray.t_max, FOREVER)
+    return min(best.t, ray.t_max, FOREVER)
+
+
+COUNTERS = N_TS, N_ETS, N_EETS, N_IT, VOLUME_TESTS, MAILBOX_HITS, POSTPONED_HITS
 
 
 @inlined
-def test_cell(grid, triangles, ray, number, workspace, log, cell, t, t_exit, best_t, best):
+def test_cell(grid, triangles, ray, number, workspace, log, cell, t, t_exit, best):
     """Test the triangles of a cell that the ray is in from t to `t_exit`.
 
-    Returns
-    -------
-    best_t, best : float, int
-        The nearest hit so far, of those given and those found.
-    tests, mailbox_hits, postponed : int
-        In this cell.
+    A hit exactly on the wall where the ray leaves is in the cell.
     """
-    tests, mailbox_hits, postponed = 0, 0, 0
-    for slot in range(grid.offsets[cell], grid.offsets[cell + 1]):
-        n = np.int64(grid.references[slot])
-        if grid.mailbox:
-            if workspace.mailbox[n] == number:
-                mailbox_hits += 1
-                note(log, MAILBOX, cell, n, t, t_exit)
-                continue
-            workspace.mailbox[n] = number
-        hit_t = intersect(triangles, n, ray)
-        tests += 1
-        note(log, TEST, cell, n, hit_t, hit_t)
-        if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
-            best_t, best = hit_t, n
-            is_later = hit_t > t_exit
-            postponed += is_later
-            note(log, POSTPONE if is_later else HIT, cell, n, hit_t, hit_t)
-    return best_t, best, tests, mailbox_hits, postponed
+    return test_leaf(
+        triangles, grid.references, grid.mailbox, grid.offsets[cell], grid.offsets[cell + 1],
+        ray, number, workspace, log, cell, t, np.nextafter(t_exit, np.inf), False, best,
+    )  # fmt: skip
+
+
+@inlined
+def found(best, visited, empty):
+    """Return the answer of a walk that has visited so many cells."""
+    counts = visited, visited, empty, best.tests, 1, best.mailbox_hits, best.postponed
+    return Found(best.t, best.primitive, counts)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from ...contract.steps import VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
-from ...contract.structure import LOST, Found, walk
+from ...contract.events import VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
+from ...contract.leaf import NOTHING
+from ...contract.structure import lost, walk
 from ...geometry.box import MISS, enter_box
 from ...kernels import implements
 from .broad import is_broad, walk_broad
 from .cells import GridArrays
 from .dda import (
+    COUNTERS,
     X,
     Y,
     Z,
     end_of_walk,
     first_cell,
+    found,
     is_outside,
     next_place,
     place_in,
@@ -23,44 +24,43 @@ from .dda import (
     way_along,
 )
 
+LOST = lost(COUNTERS)
+
 
 @implements(walk, GridArrays)
 def walk_grid(structure, triangles, ray, number, workspace, log):
     """Step from cell to cell until the nearest hit lies before the next wall."""
-    best_t, best = np.inf, np.int64(-1)  # of one type from the start: test_cell is compiled once
-    cells_visited, empty_visited, tests, mailbox_hits, postponed = 0, 0, 0, 0, 0
+    best, visited, empty = NOTHING, 0, 0
 
     t = enter_box(structure.box, 0, ray, ray.t_max)
     note(log, VOLUME_TEST, -1, -1, t, t)
     if t == MISS:
-        return Found(best_t, best, 0, 0, 0, 0, 1, 0, 0, 0)
+        return found(best, visited, empty)
     if is_broad(structure, ray):
-        return walk_broad(structure, triangles, ray, number, workspace, log, t)
+        best, visited, empty = walk_broad(structure, triangles, ray, number, workspace, log, t)
+        return found(best, visited, empty)
 
     ny, nz = structure.resolution[1], structure.resolution[2]
     x = way_along(structure, X, ray.low_x, ray.high_x, ray.dx, ray.ix)
     y = way_along(structure, Y, ray.low_y, ray.high_y, ray.dy, ray.iy)
     z = way_along(structure, Z, ray.low_z, ray.high_z, ray.dz, ray.iz)
     place = place_in(x, y, z, first_cell(x, t), first_cell(y, t), first_cell(z, t))
-    t_last = end_of_walk(ray, best_t, best)
+    t_last = end_of_walk(ray, best)
     # A way crosses each layer of cells once.
     most = structure.resolution.sum()
-    while cells_visited < most:
+    while visited < most:
         cell = (place.i * ny + place.j) * nz + place.k
         t_exit = min(place.wall_x, place.wall_y, place.wall_z)
-        cells_visited += 1
+        visited += 1
         if structure.offsets[cell] == structure.offsets[cell + 1]:
-            empty_visited += 1
+            empty += 1
             note(log, VISIT_EMPTY, cell, -1, t, t_exit)
         else:
             note(log, VISIT_LEAF, cell, -1, t, t_exit)
-            best_t, best, tested, known, later = test_cell(
-                structure, triangles, ray, number, workspace, log, cell, t, t_exit, best_t, best
+            best = test_cell(
+                structure, triangles, ray, number, workspace, log, cell, t, t_exit, best
             )
-            tests += tested
-            mailbox_hits += known
-            postponed += later
-            t_last = end_of_walk(ray, best_t, best)
+            t_last = end_of_walk(ray, best)
         if t_exit > t_last:
             break
         t = t_exit
@@ -70,7 +70,4 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
     else:
         return LOST
 
-    return Found(
-        best_t, best, cells_visited, cells_visited, empty_visited, tests, 1, mailbox_hits,
-        postponed, 0,
-    )  # fmt: skip
+    return found(best, visited, empty)

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from ...contract.cells import Cells, planes_across, rectangles, when_divided
+from ...contract.figures import Figure
 from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.box import boxes_of
 from ...geometry.triangle import Triangles, triangles_of
@@ -44,7 +45,7 @@ from ..subdivision.settings import (
     padding_setting,
     walk_setting,
 )
-from ..subdivision.structure import Subdivision, Topology, padded_box
+from ..subdivision.structure import FIGURES, Subdivision, Topology, padded_box
 from ..subdivision.tree import child
 from . import octants as octants  # registers the kernels of the storages
 from .assignment import assignment_named
@@ -139,6 +140,29 @@ def levels_for(settings: OctreeSettings, count: int) -> int:
     return min(round(depth_limit(-1, count) / 2), DEEPEST[settings.storage])
 
 
+STORAGES_SECTION = "Storages of this tree"
+
+STORAGE_FIGURES = (
+    *(
+        Figure(f"bytes_{name}", f"bytes of this tree {text}", label, "bytes", STORAGES_SECTION)
+        for name, text, label in (
+            ("pointer", "with pointers", "Pointers"),
+            ("implicit", "as an implicit array", "Implicit array"),
+            ("linear", "as a linear octree", "Linear octree"),
+            ("hash", "in a hash table", "Hash table"),
+            (
+                "planes_and_references",
+                "for planes and lists, which all storages have",
+                "Planes and lists, in all of them",
+            ),
+        )
+    ),
+    Figure("hash_table_size", "slots of the hash table"),
+    Figure("hash_chain_mean", "slots looked at per node that is there, in the mean"),
+    Figure("hash_chain_max", "the most slots looked at for one"),
+)
+
+
 class Octree(Subdivision):
     """Adaptive subdivision into octants."""
 
@@ -146,6 +170,7 @@ class Octree(Subdivision):
     label = "Octree"
     summary = "Cells cut into eight, stored in four ways, walked in five"
     Settings = OctreeSettings
+    FIGURES = (*FIGURES, *STORAGE_FIGURES)
     has_links = True
     is_cut_by_planes = True
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...contract.steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
+from ...contract.events import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
 from ...contract.structure import walk
 from ...kernels import implements, inlined, inner
 from .tree import EMPTY, NODE, ROOT, Span, enter_root, expand, leaf_index, push
-from .walks import NOTHING, Heap, found, limit_of, visit_leaf
+from .walks import NOWHERE_YET, Heap, found, limit_of, visit_leaf
 
 ENTER, EXIT, LATE, KEY, CEILING, AGE = range(6)
 """Columns of an entry, beside that of its node."""
@@ -75,7 +75,7 @@ def walk_heap(structure, triangles, ray, number, workspace, log):
     tree, heap = structure.tree, workspace.rows
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
     note(log, VOLUME_TEST, NONE, NONE, span.enter, span.enter)
-    best, inner, size, age = NOTHING, 0, EMPTY, np.int64(0)
+    visited, inner, size, age = NOWHERE_YET, 0, EMPTY, np.int64(0)
     limit = ray.t_max
     if span.enter < np.inf:
         push(workspace, EMPTY, ROOT, span)
@@ -92,11 +92,11 @@ def walk_heap(structure, triangles, ray, number, workspace, log):
             continue
         index = leaf_index(tree, node)
         if index >= 0:
-            best = visit_leaf(
+            visited = visit_leaf(
                 tree, structure.mailbox, triangles, ray, number, workspace, log,
-                node, index, span.enter, span.exit, best,
+                node, index, span.enter, span.exit, visited,
             )  # fmt: skip
-            limit = limit_of(ray, best)
+            limit = limit_of(ray, visited)
             continue
         inner += 1
         note(log, VISIT_INNER, node, NONE, span.enter, span.exit)
@@ -107,4 +107,4 @@ def walk_heap(structure, triangles, ray, number, workspace, log):
             age += 1
             ceiling = queue(workspace, i, size, floor, ceiling, age)
             size += 1
-    return found(best, inner)
+    return found(visited, inner)

@@ -15,11 +15,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...contract.steps import NONE, VISIT_INNER, VOLUME_TEST, note
-from ...contract.structure import LOST, walk
+from ...contract.events import NONE, VISIT_INNER, VOLUME_TEST, note
+from ...contract.structure import walk
 from ...kernels import dispatched, implements, inlined, inner
 from .tree import NODE, ROOT, TOP, child, enter_root, leaf_index, near_side, plane_times, planes
-from .walks import NOTHING, March, Neighbours, Recursive, Ropes, found, limit_of, visit_leaf
+from .walks import (
+    LOST,
+    NOWHERE_YET,
+    March,
+    Neighbours,
+    Recursive,
+    Ropes,
+    found,
+    limit_of,
+    visit_leaf,
+)
 
 
 class Gate(NamedTuple):
@@ -178,13 +188,13 @@ def march(structure, triangles, ray, number, workspace, log):
     written = log.written[0]
     gate, leave_root = first_gate(tree.box, workspace, ray)
     note(log, VOLUME_TEST, NONE, NONE, gate.t, gate.t)
-    best, inner = NOTHING, 0
+    visited, inner = NOWHERE_YET, 0
     node, depth = ROOT, TOP
     searching = gate.t < np.inf
     n_leaves = len(tree.offsets) - 1
     while searching:
         # A ray enters every leaf once, and the last one leads out of the root.
-        if node < 0 or best.leaves == n_leaves:
+        if node < 0 or visited.leaves == n_leaves:
             return LOST
         index = leaf_index(tree, node)
         while index < 0:
@@ -199,16 +209,16 @@ def march(structure, triangles, ray, number, workspace, log):
             log.written[0] = written
             again = Recursive(tree, structure.mailbox)
             return walk(again, triangles, ray, -2 - number, workspace, log)
-        best = visit_leaf(
+        visited = visit_leaf(
             tree, structure.mailbox, triangles, ray, number, workspace, log,
-            node, index, gate.t, leave.t, best,
+            node, index, gate.t, leave.t, visited,
         )  # fmt: skip
         gate = leave
-        searching = gate.t < leave_root and gate.t <= limit_of(ray, best)
+        searching = gate.t < leave_root and gate.t <= limit_of(ray, visited)
         if searching:
             node, depth, steps = next_node(structure, workspace, index, depth, gate, log)
             inner += steps
-    return found(best, inner)
+    return found(visited, inner)
 
 
 for record in (March, Neighbours, Ropes):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...contract.steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
+from ...contract.events import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
 from ...contract.structure import walk
 from ...kernels import implements
 from .tree import EMPTY, ROOT, enter_root, expand, leaf_index, pop, push
-from .walks import NOTHING, Recursive, found, limit_of, visit_leaf
+from .walks import NOWHERE_YET, Recursive, found, limit_of, visit_leaf
 
 
 @implements(walk, Recursive)
@@ -17,7 +17,7 @@ def walk_recursive(structure, triangles, ray, number, workspace, log):
     tree = structure.tree
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
     note(log, VOLUME_TEST, NONE, NONE, span.enter, span.enter)
-    best, inner, height = NOTHING, 0, EMPTY
+    visited, inner, height = NOWHERE_YET, 0, EMPTY
     limit = ray.t_max
     if span.enter < np.inf:
         push(workspace, height, ROOT, span)
@@ -34,9 +34,9 @@ def walk_recursive(structure, triangles, ray, number, workspace, log):
             note(log, VISIT_INNER, node, NONE, span.enter, span.exit)
             node, span, height = expand(tree, node, workspace, span, height)
             index = leaf_index(tree, node)
-        best = visit_leaf(
+        visited = visit_leaf(
             tree, structure.mailbox, triangles, ray, number, workspace, log,
-            node, index, span.enter, span.exit, best,
+            node, index, span.enter, span.exit, visited,
         )  # fmt: skip
-        limit = limit_of(ray, best)
-    return found(best, inner)
+        limit = limit_of(ray, visited)
+    return found(visited, inner)

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...contract.steps import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
+from ...contract.events import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
 from ...contract.structure import walk
 from ...kernels import implements
 from .tree import EMPTY, NODE, ROOT, ROWS, enter_root, expand, leaf_index, pop, push
-from .walks import NOTHING, Segments, found, limit_of, visit_leaf
+from .walks import NOWHERE_YET, Segments, found, limit_of, visit_leaf
 
 ENTER, EXIT = 0, 1
 """Columns of a segment, beside that of its leaf's node."""
@@ -24,7 +24,7 @@ def walk_segments(structure, triangles, ray, number, workspace, log):
     tree, segments = structure.tree, workspace.rows
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
     note(log, VOLUME_TEST, NONE, NONE, span.enter, span.enter)
-    best, inner, height = NOTHING, 0, EMPTY
+    visited, inner, height = NOWHERE_YET, 0, EMPTY
     limit = ray.t_max
     if span.enter < np.inf:
         push(workspace, height, ROOT, span)
@@ -54,9 +54,9 @@ def walk_segments(structure, triangles, ray, number, workspace, log):
                 note(log, SKIP, leaf, NONE, enter, leave)
                 continue
             index = leaf_index(tree, leaf)
-            best = visit_leaf(
+            visited = visit_leaf(
                 tree, structure.mailbox, triangles, ray, number, workspace, log,
-                leaf, index, enter, leave, best,
+                leaf, index, enter, leave, visited,
             )  # fmt: skip
-            limit = limit_of(ray, best)
-    return found(best, inner)
+            limit = limit_of(ray, visited)
+    return found(visited, inner)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import abc
 import functools
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from ...contract.cells import Cells
+from ...contract.figures import COST_OF_TREE, OF_TREE, Figure
 from ...contract.statistics import Statistics
 from ...contract.structure import Structure
+from ...contract.workspace import Workspace, make_workspace
 from ...geometry.box import boxes_of
 from ...geometry.box_shape import surface_area
 from ...geometry.rays import ULPS
@@ -22,8 +24,8 @@ from . import march as march
 from . import recursive as recursive
 from . import segments as segments
 from .ropes import link
-from .tree import TreeWorkspace, make_workspace
-from .walks import WALKS, Ropes
+from .tree import ROWS, STACK
+from .walks import COUNTERS, WALKS, Ropes
 
 
 def padded_box(lower: np.ndarray, upper: np.ndarray, padding: float) -> np.ndarray:
@@ -57,12 +59,24 @@ class Topology(NamedTuple):
     leaves: np.ndarray
 
 
+FIGURES = (
+    *OF_TREE,
+    Figure("duplication", "references per triangle", "References per triangle"),
+    Figure("bytes_per_triangle", "bytes of the structure per triangle", "Bytes per triangle"),
+    *COST_OF_TREE,
+    Figure("expected_empty", "empty leaves that such a line meets"),
+)
+
+
 class Subdivision(Structure):
     """An adaptive subdivision of space by axis-aligned planes.
 
     A subclass builds a tree (:mod:`.tree`) and hands it to :meth:`with_walk`; its settings have
     the fields `walk`, `links`, `mailbox`, C_trav and C_isect.
     """
+
+    COUNTERS = COUNTERS
+    FIGURES: ClassVar[tuple[Figure, ...]] = FIGURES
 
     @property
     def has_mailbox(self) -> bool:
@@ -122,14 +136,10 @@ class Subdivision(Structure):
         centres = 0.5 * (nodes.boxes[:, :3] + nodes.boxes[:, 3:])
         return np.stack([np.broadcast_to(centres[number], (len(behind), 3)), centres[behind]], 1)
 
-    def _workspace(self) -> TreeWorkspace:  # type: ignore[override]
+    def _workspace(self) -> Workspace:
         """Return scratch memory for one thread."""
-        return make_workspace(len(self.scene) if self.has_mailbox else 1)
-
-    def memory(self) -> int:
-        """Return the bytes of the tree and of links, without the scene's triangles."""
-        arrays = [*self.arrays, *self.arrays.tree]
-        return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
+        mailbox = len(self.scene) if self.has_mailbox else 1
+        return make_workspace(stack=STACK, rows=ROWS, mailbox=mailbox)
 
     def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the cells of all nodes; a cell's number is its node."""

@@ -59,39 +59,6 @@ NODE = 6
 """Column of a row, behind the six of a cell."""
 
 
-class TreeWorkspace(NamedTuple):
-    """Scratch memory of one thread for the walks of trees.
-
-    Few arrays, since every one makes every kernel that takes them slower to compile; numbers of
-    nodes are exact in float64.
-
-    Attributes
-    ----------
-    frame : (3, 5) float64
-        Per axis what :func:`plane_times` needs of the ray: o + slack, o - slack (exchanged for
-        d < 0) and the inverse of d; and for oblique planes o and d.
-    stack : (STACK, 4) float64
-        Nodes put aside: node, enter, exit, late.
-    rows : (ROWS, 7) float64
-        What a walk keeps beside the stack: marching, the nodes from the root to the current one by
-        depth, each with its cell; else the entries of a heap, or the segments of a ray.
-    mailbox : (n_triangles,) int32, or (1,) if there is none
-    """
-
-    frame: np.ndarray
-    stack: np.ndarray
-    rows: np.ndarray
-    mailbox: np.ndarray
-
-
-def make_workspace(mailbox_size: int) -> TreeWorkspace:
-    """Return scratch memory for one thread."""
-    return TreeWorkspace(
-        np.zeros((3, 5)), np.zeros((STACK, 4)), np.zeros((ROWS, 7)),
-        np.full(mailbox_size, -1, np.int32),
-    )  # fmt: skip
-
-
 class Span(NamedTuple):
     """The interval of a ray in a cell.
 
@@ -141,7 +108,7 @@ def expand(tree, node, workspace, span, height):
 
     Parameters
     ----------
-    workspace : TreeWorkspace
+    workspace : Workspace
     span : Span
         The ray's interval in `node`.
     height : int

@@ -32,10 +32,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contract.steps import HIT, MAILBOX, NONE, POSTPONE, TEST, VISIT_EMPTY, VISIT_LEAF, note
-from ...contract.structure import Found
+from ...contract.counters import (
+    MAILBOX_HITS,
+    N_EETS,
+    N_ETS,
+    N_IT,
+    N_TS,
+    POSTPONED_HITS,
+    VOLUME_TESTS,
+)
+from ...contract.events import NONE, VISIT_EMPTY, VISIT_LEAF, note
+from ...contract.leaf import NOTHING, Best, test_leaf
+from ...contract.structure import Found, lost
 from ...geometry.rays import ALL, ANY
-from ...geometry.triangle import intersect
 from ...kernels import inlined
 
 # ----------------------------------------------------------------------- records: tree and walk
@@ -106,70 +115,65 @@ WALKS = {
 # ----------------------------------------------------------------------------------- in a leaf
 
 
-class Best(NamedTuple):
-    """The nearest hit so far, and the counters: leaves, empty ones, tests, mailbox, postponed."""
+class Visited(NamedTuple):
+    """How far a walk has come.
 
-    t: float
-    primitive: int
+    Attributes
+    ----------
+    best : Best
+    leaves, empty : int
+        Leaves entered, and empty ones among them.
+    """
+
+    best: Best
     leaves: int
     empty: int
-    tests: int
-    saved: int
-    postponed: int
 
 
-# NONE is an int64 to Numba, an int to whoever reads the type.
-NOTHING = Best(np.inf, NONE, 0, 0, 0, 0, 0)  # type: ignore[arg-type]
+COUNTERS = N_TS, N_ETS, N_EETS, N_IT, VOLUME_TESTS, MAILBOX_HITS, POSTPONED_HITS
+"""What all walks count."""
+
+LOST = lost(COUNTERS)
+
+NOWHERE_YET = Visited(NOTHING, 0, 0)
 """Before the first leaf."""
 
 
-# Inlined, not called: a fifth faster.
 @inlined
 def visit_leaf(
-    tree, mailbox, triangles, ray, number, workspace, log, node, index, enter, leave, best
+    tree, mailbox, triangles, ray, number, workspace, log, node, index, enter, leave, visited
 ):
-    """Test the triangles of a leaf; return the new :class:`Best`."""
+    """Test the triangles of a leaf; return the new :class:`Visited`."""
     # Where a ray runs in a plane, or through an edge, the early exit may come before the entry.
     leave = leave if leave > enter else enter
     begin, end = tree.offsets[index], tree.offsets[index + 1]
-    best_t, primitive, empty = best.t, best.primitive, best.empty
-    tests, saved, postponed = best.tests, best.saved, best.postponed
+    empty = visited.empty
     if begin == end:
         empty += 1
         note(log, VISIT_EMPTY, node, NONE, enter, leave)
     else:
         note(log, VISIT_LEAF, node, NONE, enter, leave)
-    for slot in range(begin, end):
-        n = np.int64(tree.references[slot])
-        if mailbox:
-            if workspace.mailbox[n] == number:
-                saved += 1
-                note(log, MAILBOX, node, n, enter, leave)
-                continue
-            workspace.mailbox[n] = number
-        t = intersect(triangles, n, ray)
-        tests += 1
-        note(log, TEST, node, n, t, t)
-        if t <= ray.t_max and (t < best_t or (t == best_t and n < primitive)):
-            best_t, primitive = t, n
-            is_later = t >= leave
-            postponed += is_later
-            note(log, POSTPONE if is_later else HIT, node, n, t, t)
-    return Best(best_t, primitive, best.leaves + 1, empty, tests, saved, postponed)
+    best = test_leaf(
+        triangles, tree.references, mailbox, begin, end, ray, number, workspace, log,
+        node, enter, leave, False, visited.best,
+    )  # fmt: skip
+    return Visited(best, visited.leaves + 1, empty)
 
 
 @inlined
-def limit_of(ray, best):
+def limit_of(ray, visited):
     """Return the t up to which cells are visited: later ones cannot change the answer."""
+    best = visited.best
     if ray.query == ANY and best.primitive >= 0:
         return -1.0
     return best.t if ray.query != ALL and best.t < ray.t_max else ray.t_max
 
 
 @inlined
-def found(best, inner):
+def found(visited, inner):
     """Return the answer of a walk that has entered so many inner nodes."""
-    return Found(
-        best.t, best.primitive, inner + best.leaves, best.leaves, best.empty, best.tests, 1,
-        best.saved, best.postponed, 0,
+    best, leaves = visited.best, visited.leaves
+    counts = (
+        inner + leaves, leaves, visited.empty, best.tests, 1, best.mailbox_hits, best.postponed
     )  # fmt: skip
+    return Found(best.t, best.primitive, counts)

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contract.structure import MAXIMUM_DEPTH, CostSettings
+from ....contract.structure import CostSettings
+from ....contract.workspace import MAXIMUM_DEPTH
 from ....geometry.box import area_of
 from ....geometry.box_shape import surface_area
 from ....kernels import call, inner, kernel

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contract.structure import MAXIMUM_DEPTH
+from ....contract.workspace import MAXIMUM_DEPTH
 from ....geometry.box import area_of
 from ....kernels import call, inner, kernel
 from .tree import Tree

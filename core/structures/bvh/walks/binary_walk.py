@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contract.steps import HIT, NONE, SKIP, TEST, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
+from ....contract.events import NONE, SKIP, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
+from ....contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ....contract.structure import Found, walk
 from ....geometry.rays import ALL, ANY
-from ....geometry.triangle import intersect
 from ....geometry.volume import MISS, enter, prepare
-from ....kernels import implements, inlined
+from ....kernels import implements
 
 
 class Binary(NamedTuple):
@@ -36,36 +36,6 @@ class Binary(NamedTuple):
     size: np.ndarray
 
 
-class VolumeWorkspace(NamedTuple):
-    """Scratch memory of one thread.
-
-    Attributes
-    ----------
-    cells : (k,) int32
-    enters : (k,) float64
-        The stack: nodes still to visit and where the ray enters them.
-    strips : (MOST_STRIPS, 3) float64
-        What of the ray is the same for all volumes.
-    """
-
-    cells: np.ndarray
-    enters: np.ndarray
-    strips: np.ndarray
-
-
-@inlined
-def test_leaf(triangles, first, size, node, ray, log, best_t, best):
-    """Test the triangles of a leaf; return the nearest hit so far."""
-    for i in range(first, first + size):
-        hit_t = intersect(triangles, i, ray)
-        n = np.int64(triangles.ids[i])
-        note(log, TEST, node, n, hit_t, hit_t)
-        if hit_t <= ray.t_max and (hit_t < best_t or (hit_t == best_t and n < best)):
-            best_t, best = hit_t, n
-            note(log, HIT, node, n, hit_t, hit_t)
-    return best_t, best
-
-
 ROOT, ONE = np.uint64(0), np.uint64(1)
 
 
@@ -76,10 +46,10 @@ def walk_binary(structure, triangles, ray, number, workspace, log):
     Node numbers are unsigned: Numba then leaves out the look at negative indices, 5% of the time.
     """
     volumes, firsts, sizes = structure.volumes, structure.first, structure.size
-    cells, enters, strips = workspace.cells, workspace.enters, workspace.strips
-    best_t, best = np.inf, NONE
+    cells, enters, strips = workspace.cells, workspace.enters, workspace.frame
+    best = NOTHING
     limit = ray.t_max
-    nodes_visited, leaves_visited, tests, volume_tests = 0, 0, 0, 1
+    nodes_visited, leaves_visited, volume_tests = 0, 0, 1
 
     prepare(volumes, ray, strips)
     node, height = ROOT, 0
@@ -109,12 +79,14 @@ def walk_binary(structure, triangles, ray, number, workspace, log):
         else:
             leaves_visited += 1
             note(log, VISIT_LEAF, node, NONE, t, limit)
-            tests += size
-            best_t, best = test_leaf(triangles, firsts[node], size, node, ray, log, best_t, best)
-            if ray.query == ANY and best >= 0:
+            best = test_leaf(
+                triangles, None, False, firsts[node], firsts[node] + size, ray, number, workspace,
+                log, node, t, EVERYWHERE, False, best,
+            )  # fmt: skip
+            if ray.query == ANY and best.primitive >= 0:
                 break
-            if ray.query != ALL and best >= 0:
-                limit = best_t
+            if ray.query != ALL and best.primitive >= 0:
+                limit = best.t
         # Back to the last node put aside that a nearer hit has not made useless.
         searching = False
         while height > 0 and not searching:
@@ -124,4 +96,5 @@ def walk_binary(structure, triangles, ray, number, workspace, log):
             if not searching:
                 note(log, SKIP, node, NONE, t, limit)
 
-    return Found(best_t, best, nodes_visited, leaves_visited, 0, tests, volume_tests, 0, 0, 0)
+    counts = nodes_visited, leaves_visited, best.tests, volume_tests
+    return Found(best.t, best.primitive, counts)

@@ -10,13 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contract.steps import NONE, SKIP, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
-from ....contract.structure import MAXIMUM_DEPTH, Found, walk
+from ....contract.events import NONE, SKIP, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
+from ....contract.leaf import EVERYWHERE, NOTHING, test_leaf
+from ....contract.structure import Found, walk
+from ....contract.workspace import MAXIMUM_DEPTH
 from ....geometry.rays import ALL, ANY
 from ....geometry.volume import MISS, enter, prepare
 from ....kernels import implements
 from ..topology.wide import WIDEST
-from .binary_walk import ONE, ROOT, test_leaf
+from .binary_walk import ONE, ROOT
 
 WIDE_STACK_SIZE = (WIDEST - 1) * MAXIMUM_DEPTH + WIDEST
 """Nodes that wait: at every level all children but the one that is visited."""
@@ -50,10 +52,10 @@ def walk_wide(structure, triangles, ray, number, workspace, log):
     Of children that are entered at the same t, the first comes first.
     """
     volumes, firsts, sizes = structure.volumes, structure.first, structure.size
-    cells, enters, strips = workspace.cells, workspace.enters, workspace.strips
-    best_t, best = np.inf, NONE
+    cells, enters, strips = workspace.cells, workspace.enters, workspace.frame
+    best = NOTHING
     limit = ray.t_max
-    nodes_visited, leaves_visited, tests, volume_tests = 0, 0, 0, 1
+    nodes_visited, leaves_visited, volume_tests = 0, 0, 1
 
     prepare(volumes, ray, strips)
     t = enter(volumes, ROOT, ray, strips, limit)
@@ -88,13 +90,14 @@ def walk_wide(structure, triangles, ray, number, workspace, log):
         else:
             leaves_visited += 1
             note(log, VISIT_LEAF, node, NONE, t, limit)
-            tests += sizes[node]
-            best_t, best = test_leaf(
-                triangles, firsts[node], sizes[node], node, ray, log, best_t, best
-            )
-            if ray.query == ANY and best >= 0:
+            best = test_leaf(
+                triangles, None, False, firsts[node], firsts[node] + sizes[node], ray, number,
+                workspace, log, node, t, EVERYWHERE, False, best,
+            )  # fmt: skip
+            if ray.query == ANY and best.primitive >= 0:
                 break
-            if ray.query != ALL and best >= 0:
-                limit = best_t
+            if ray.query != ALL and best.primitive >= 0:
+                limit = best.t
 
-    return Found(best_t, best, nodes_visited, leaves_visited, 0, tests, volume_tests, 0, 0, 0)
+    counts = nodes_visited, leaves_visited, best.tests, volume_tests
+    return Found(best.t, best.primitive, counts)

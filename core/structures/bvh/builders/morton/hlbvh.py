@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .....contract.structure import MAXIMUM_DEPTH, STACK_SIZE
+from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....geometry.box import area_of, clear, include
 from .....kernels import call, inner, kernel
 from .....parallel import Team

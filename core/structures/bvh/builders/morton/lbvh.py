@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .....contract.structure import STACK_SIZE
+from .....contract.workspace import STACK_SIZE
 from .....geometry.box import area_of
 from .....kernels import call, inner, kernel
 from .....parallel import Team

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .....contract.structure import MAXIMUM_DEPTH, STACK_SIZE
+from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....geometry.box import area_of
 from .....geometry.box_shape import surface_area
 from .....geometry.rays import ULPS

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .....contract.structure import MAXIMUM_DEPTH
+from .....contract.workspace import MAXIMUM_DEPTH
 from .....kernels import implements, inner, kernel
 from ...topology.tree import Primitives
 from .binned_sah import BinnedSettings

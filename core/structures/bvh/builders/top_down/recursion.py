@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .....contract.structure import MAXIMUM_DEPTH, STACK_SIZE
+from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....geometry.box import area_of
 from .....kernels import call, dispatched, inner, kernel
 from .....parallel import Spare, core_count

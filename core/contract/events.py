@@ -1,0 +1,76 @@
+"""Events: what a walk writes into its log, one after the other.
+
+One kernel counts and records. It calls :func:`note` at every event; for a batch the log has no room
+and nothing is written, for one ray it has. So what a student watches is exactly what the counters
+counted (:mod:`.counters`), and a test compares the two.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels import inner
+
+VISIT_INNER = np.int64(0)
+"""An inner node is entered (popped)."""
+VISIT_LEAF = np.int64(1)
+"""A leaf or elementary cell with primitives is entered."""
+VISIT_EMPTY = np.int64(2)
+"""An empty leaf or elementary cell is entered."""
+VOLUME_TEST = np.int64(3)
+"""A bounding volume is tested; t_enter is inf for a miss."""
+TEST = np.int64(4)
+"""A primitive is tested; t_enter is inf for a miss."""
+MAILBOX = np.int64(5)
+"""A primitive is skipped: this ray has met it before."""
+HIT = np.int64(6)
+"""The nearest hit so far changes to this primitive."""
+POSTPONE = np.int64(7)
+"""The nearest hit lies beyond the current cell: it is kept, not accepted yet."""
+SKIP = np.int64(8)
+"""A cell on the stack is thrown away: a nearer hit was found meanwhile."""
+LEAP = np.int64(9)
+"""Cells are passed in one step, or not needed any more; `primitive` is how many."""
+
+NONE = np.int64(-1)
+"""In the place of a cell or primitive: there is none. Not the plain -1, for which Numba would
+compile :func:`note` once more."""
+
+KIND_NAMES = (
+    "visit inner", "visit leaf", "visit empty", "volume test", "test", "mailbox", "hit",
+    "postpone", "skip", "leap",
+)  # fmt: skip
+
+# Columns of the log.
+KIND, CELL, PRIMITIVE, T_ENTER, T_EXIT = range(5)
+
+
+class Log(NamedTuple):
+    """Room for events: `rows` is (capacity, 5) float64, `written` is (1,) int64."""
+
+    rows: np.ndarray
+    written: np.ndarray
+
+
+def make_log(capacity: int) -> Log:
+    """Return an empty log; capacity 0 is for batches."""
+    return Log(np.zeros((capacity, 5)), np.zeros(1, dtype=np.int64))
+
+
+@inner
+def note(log, kind, cell, primitive, t_enter, t_exit):
+    """Write an event if there is room; count it if the log has any room at all."""
+    capacity = log.rows.shape[0]
+    if capacity == 0:
+        return
+    index = log.written[0]
+    if index < capacity:
+        row = log.rows[index]
+        row[KIND] = kind
+        row[CELL] = cell
+        row[PRIMITIVE] = primitive
+        row[T_ENTER] = t_enter
+        row[T_EXIT] = t_exit
+    log.written[0] = index + 1
