@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -38,8 +37,9 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
             return False
         if properties.is_loaded():
             structure = choices.structure_chosen(context.scene.accelscope)
-            if not structure.can_be_refitted:
-                cls.poll_message_set("Choose BVH as the structure: others cannot be refitted")
+            if not choices.is_refittable(structure):
+                known = choices.refittable_labels()
+                cls.poll_message_set(f"Choose {known} as the structure: others cannot be refitted")
                 return False
         if not extraction.has_members(context.view_layer, extraction.VISIBLE):
             cls.poll_message_set("There is no visible mesh object to build over")
@@ -50,13 +50,14 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
         from ..core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
         from ..core.evaluation.records.animation import animate
         from ..core.evaluation.records.experiment import build
-        from ..core.structures.bvh import BVH
 
         root = context.scene.accelscope
         structure: Any
         structure, settings = choices.structure_and_settings(root)
-        if structure is not BVH:
-            raise InputError(f"only a BVH can be refitted, not {structure.label}")
+        if not choices.is_refittable(structure):
+            raise InputError(
+                f"only {choices.refittable_labels()} can be refitted, not {structure.label}"
+            )
         # What is shown now is what will be shown afterwards: the tree of this frame.
         taken = session.current.take(context, root.scope)
         numbers = timeline.frame_range(context.scene)
@@ -70,12 +71,12 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
         def work(progress: Progress) -> tuple[Comparison, Outcome]:
             lines = RandomLinesSettings(count=20_000)
             scenes = frames.iterate(progress)
-            found = animate(scenes, settings, RandomLinesWorkload, lines, progress=progress)
+            found = animate(
+                scenes, structure, settings, RandomLinesWorkload, lines, progress=progress
+            )
             snapshot = taken.snapshot(progress)
-            built = build(snapshot.scene, BVH, settings, progress)
-            assert isinstance(built.structure, BVH)
-            told = dataclasses.replace(built, structure=built.structure.with_history(found.history))
-            return found, Outcome.of(snapshot, told, progress)
+            built = build(snapshot.scene, structure, settings, progress)
+            return found, Outcome.of(snapshot, built, progress, found.history)
 
         return work
 

@@ -10,6 +10,7 @@ import bpy
 from ..addon import jobs
 from ..addon.results import session
 from ..addon.results.outcome import Outcome
+from ..addon.settings import choices
 from ..core.progress import Progress
 
 
@@ -30,22 +31,19 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
         if jobs.keep_waiting(cls):
             return False
         built = session.current.built
-        if built is None or not built.structure.can_be_refitted:
-            cls.poll_message_set("Build a BVH first")
+        if built is None or not choices.is_refittable(built.structure):
+            cls.poll_message_set(f"Build a {choices.refittable_labels()} first")
             return False
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
         from ..core.evaluation.records.experiment import Built
         from ..core.kernels import announcing
-        from ..core.structures.bvh import BVH
-        from ..core.structures.bvh.topology.refit import refit
 
         built, known = session.current.built, session.current.snapshot
         assert built is not None
         assert known is not None
-        tree = built.structure
-        assert isinstance(tree, BVH)
+        tree: Any = built.structure
         taken = session.current.take(context, known.look.scope)
         assert session.current.record is not None
         before = session.current.record["statistics"]["sah"]
@@ -54,7 +52,7 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
             snapshot = taken.snapshot(progress)
             with announcing(progress, "refit"):
                 start = time.perf_counter()
-                structure = refit(tree, snapshot.scene, progress)
+                structure = tree.refitted(snapshot.scene, progress)
             refitted = Built(structure, time.perf_counter() - start)
             return before, Outcome.of(snapshot, refitted, progress, method="refit")
 

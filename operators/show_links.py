@@ -55,7 +55,8 @@ class ACCELSCOPE_OT_show_links(jobs.JobOperator, bpy.types.Operator):
         built, cells = session.current.built, session.current.cells
         assert built is not None
         assert cells is not None
-        structure, asked = built.structure, self.leaf
+        structure: Any = built.structure
+        asked = self.leaf
         cursor = np.array(context.scene.cursor.location)
 
         def work(progress: Progress) -> tuple[int, Any, int]:

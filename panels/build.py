@@ -39,7 +39,7 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
             row.scale_y = 1.4
             row.operator("accelscope.build")
             row.operator("accelscope.clear", text="", icon="TRASH")
-            if structure.can_be_refitted:
+            if choices.is_refittable(structure):
                 row = layout.row(align=True)
                 row.operator("accelscope.refit")
                 row.operator("accelscope.compare_over_timeline")

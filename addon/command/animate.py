@@ -73,13 +73,18 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
     InputError
         For whatever is wrong with the arguments, the frames or the places to write to.
     """
-    if arguments.structure == "all":
-        raise InputError("only bvh can be refitted, not all")
-    ((structure, settings),) = structure_specs(
-        [arguments.structure], functools.partial(say, arguments)
+    from ...core.contract.protocols import Refittable
+    from ...core.structures import structures
+
+    chosen = (
+        []
+        if arguments.structure == "all"
+        else structure_specs([arguments.structure], functools.partial(say, arguments))
     )
-    if structure.name != "bvh":
-        raise InputError(f"only bvh can be refitted, not {arguments.structure}")
+    if not all(issubclass(structure, Refittable) for structure, _ in chosen) or not chosen:
+        known = " or ".join(n for n, each in structures().items() if issubclass(each, Refittable))
+        raise InputError(f"only {known} can be refitted, not {arguments.structure}")
+    ((structure, settings),) = chosen
     ((workload, workload_settings),) = workload_specs([arguments.rays])
     refuse_bad_threads(arguments.threads)
     numbers = frame_numbers(arguments.frames) if arguments.frames else None
@@ -90,7 +95,9 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
 
     progress = progress_of(arguments)
     frames = frames_of(arguments.scenes, numbers, open_file is not None, progress)
-    found = Comparison(settings, workload, workload_settings, arguments.threads, progress)
+    found = Comparison(
+        structure, settings, workload, workload_settings, arguments.threads, progress
+    )
     remarks: set[str] = set()
     with Results(arguments, table, len(METHODS) * len(frames)) as results:
         results.records = found.records

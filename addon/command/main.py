@@ -145,7 +145,9 @@ def everything() -> dict[str, dict[str, Any]]:
 
 
 def list_json() -> str:
-    """Return names and settings as JSON."""
+    """Return names and settings as JSON; of structures what they count and tell, too."""
+    from ...core.evaluation.records.experiment import SCHEMA
+
     listing = {
         kind: [
             {
@@ -153,16 +155,31 @@ def list_json() -> str:
                 "label": entry.label,
                 "summary": entry.summary,
                 "settings": describe(entry.Settings),
+                **(counts_and_figures(entry) if kind == "structures" else {}),
             }
             for name, entry in entries.items()
         ]
         for kind, entries in everything().items()
     }
-    return json.dumps({"schema": "accelscope/1", **listing}, indent=1)
+    return json.dumps({"schema": SCHEMA, **listing}, indent=1)
+
+
+def counts_and_figures(structure: Any) -> dict[str, Any]:
+    """Return what the records of a structure hold beside what all do, with meanings."""
+    return {
+        "counters": [
+            {"name": each.name, "label": each.label, "meaning": each.meaning}
+            for each in structure.COUNTERS
+        ],
+        "figures": [
+            {"key": each.key, "label": each.label, "meaning": each.meaning, "unit": each.unit}
+            for each in structure.FIGURES
+        ],
+    }
 
 
 def list_text() -> str:
-    """Return names and settings for a person."""
+    """Return names and settings for a person; of structures what they count and tell, too."""
     lines = []
     for kind, entries in everything().items():
         lines.append(kind)
@@ -174,6 +191,9 @@ def list_text() -> str:
                 if "only_for" in row:
                     text += f"; {only_for_in_words(row['only_for'])}"
                 lines.append(f"      {assignment}  {text}")
+            if kind == "structures":
+                lines.append("      per ray: " + ", ".join(each.name for each in entry.COUNTERS))
+                lines.append("      figures: " + ", ".join(each.key for each in entry.FIGURES))
         lines.append("")
     return "\n".join(lines).rstrip()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...core.progress import SILENT, Progress
@@ -14,6 +15,7 @@ from ..from_blender.view import View
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ...core.evaluation.records.experiment import Built
     from ...core.lessons.exhibit import Exhibit
+    from ...core.lessons.refit import Moment
     from ...core.scene import Scene
 
 
@@ -28,12 +30,19 @@ class Outcome(NamedTuple):
 
     @classmethod
     def of(
-        cls, snapshot: Snapshot, built: Built, progress: Progress = SILENT, **more: Any
+        cls,
+        snapshot: Snapshot,
+        built: Built,
+        progress: Progress = SILENT,
+        history: Sequence[Moment] = (),
+        **more: Any,
     ) -> Outcome:
         """Compute all of it; runs in any thread.
 
         Parameters
         ----------
+        history : sequence of Moment
+            The animation over which the structure was refitted, if it was.
         **more
             What the record has in front.
 
@@ -48,7 +57,7 @@ class Outcome(NamedTuple):
         structure = built.structure
         record = more | make_record(built, None, progress)
         drawable = make_drawable(structure.cells(progress), progress)
-        return cls(snapshot, built, drawable, record, exhibits_of(structure))
+        return cls(snapshot, built, drawable, record, exhibits_of(structure, history))
 
 
 def seen_from(built: Built, shape: Scene, view: View) -> Built:

@@ -251,7 +251,9 @@ class Session:
 
     def has_links(self) -> bool:
         """Say whether the structure links leaves to their neighbours."""
-        return self.built is not None and self.built.structure.has_links
+        from ...core.contract.protocols import Linked
+
+        return self.built is not None and isinstance(self.built.structure, Linked)
 
     def event_text(self, event: int) -> str:
         """Say what happens in an event of the recorded ray."""

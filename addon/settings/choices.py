@@ -47,3 +47,19 @@ def workload_and_settings(root: Any) -> tuple[type, Any]:
     workload = workload_named(root.workload)
     group = getattr(root.workloads, workload.name)
     return workload, read(group, workload.Settings, workload.label)
+
+
+def is_refittable(structure: Any) -> bool:
+    """Say whether a structure, or its class, can follow triangles that move."""
+    from ...core.contract.protocols import Refittable
+
+    kind = structure if isinstance(structure, type) else type(structure)
+    return issubclass(kind, Refittable)
+
+
+def refittable_labels() -> str:
+    """Return the labels of the structures that can, for a message."""
+    from ...core.contract.protocols import Refittable, labels_of
+    from ...core.structures import structures
+
+    return labels_of(structures().values(), Refittable)

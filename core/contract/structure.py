@@ -192,12 +192,8 @@ class Structure(abc.ABC):
     FIGURES: ClassVar[tuple[Figure, ...]]
     BYTES_PER_TRIANGLE: ClassVar[int] = 80
     """Memory at the peak of a build; by default a copy of the triangles."""
-    has_links: ClassVar[bool] = False
-    """Whether :meth:`links` knows the neighbours of leaves."""
     is_cut_by_planes: ClassVar[bool] = False
     """Whether :meth:`cells` come with planes, and with the steps in which those were chosen."""
-    can_be_refitted: ClassVar[bool] = False
-    """Whether it can follow triangles that have moved, instead of being built anew."""
 
     def __init__(self, scene: Scene, settings: Any, arrays: Any, triangles: Triangles) -> None:
         self.scene = scene
@@ -261,20 +257,6 @@ class Structure(abc.ABC):
     @abc.abstractmethod
     def validate(self) -> list[str]:
         """Return the violated invariants, one sentence each; empty for a sound structure."""
-
-    def links(self, number: int) -> np.ndarray:
-        """Return the links of a leaf to its neighbours, to draw: (k, 2, 3), centre to centre.
-
-        None without :attr:`has_links`.
-        """
-        return np.empty((0, 2, 3))
-
-    def region(self, number: int, direction: np.ndarray) -> np.ndarray | None:
-        """Return the box (6,) that a ray of a direction (3,) passes in one step from a cell.
-
-        None where that is the cell itself.
-        """
-        return None
 
     def memory(self) -> int:
         """Return the bytes of the structure's arrays, without the scene's triangles."""

@@ -6,27 +6,50 @@ how the cost grows. Orange: refitted. Blue: built anew for that frame.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 
 from ..colours import depth_colours
+from ..contract.protocols import Refittable
 from ..geometry.box_shape import box_segments
 from ..progress import SILENT, Progress
-from ..structures.bvh.hierarchy import BVH
-from ..structures.bvh.topology.history import LEVELS, Moment
 from .drawing import BLUE, ORANGE, RED, Chart, Lines, frame_of
 from .exhibit import Exhibit, Frame
 
+LEVELS = 5
+"""Levels that are kept of every frame."""
 
-def moment_of(frame: int, refitted: BVH, refit: float, rebuild: float) -> Moment:
+
+class Moment(NamedTuple):
+    """One frame of an animation.
+
+    Attributes
+    ----------
+    frame : int
+        Its number on the timeline.
+    refit, rebuild : float
+        SAH cost of the first frame's tree, refitted, and of a tree for this frame.
+    boxes : (k, 6) float64
+        Boxes of the upper LEVELS of the refitted tree.
+    depths : (k,) int
+    """
+
+    frame: int
+    refit: float
+    rebuild: float
+    boxes: np.ndarray
+    depths: np.ndarray
+
+
+def moment_of(frame: int, refitted: Refittable, refit: float, rebuild: float) -> Moment:
     """Return what is kept of one frame."""
-    depths = refitted.depths()
-    upper = depths < LEVELS
-    return Moment(frame, refit, rebuild, refitted.arrays.volumes.boxes()[upper], depths[upper])
+    return Moment(frame, refit, rebuild, *refitted.upper_boxes(LEVELS))
 
 
-def refit_over_timeline(structure: BVH) -> Exhibit:
-    """Return the exhibit of a hierarchy that has a history."""
-    history = structure.history
+def refit_over_timeline(history: Sequence[Moment]) -> Exhibit:
+    """Return the exhibit of an animation."""
     numbers = np.array([moment.frame for moment in history], dtype=np.float64)
     refit = np.array([moment.refit for moment in history])
     rebuild = np.array([moment.rebuild for moment in history])

@@ -156,7 +156,7 @@ def test_add_sample_scene_takes_settings_and_is_undone(bpy: Any) -> None:
 def test_export_writes_the_record(bpy: Any, traced: Any, current: Any, tmp_path: Path) -> None:
     bpy.ops.accelscope.export(filepath=str(tmp_path / "a.json"), format="JSON")
     written = json.loads((tmp_path / "a.json").read_text())
-    assert written == {"schema": "accelscope/1", "records": [current.record]}
+    assert written == {"schema": "accelscope/2", "records": [current.record]}
     bpy.ops.accelscope.export(filepath=str(tmp_path / "b"), format="CSV")
     with (tmp_path / "b.csv").open() as file:
         (row,) = csv.DictReader(file)

@@ -21,7 +21,6 @@ from accelscope.core.geometry.rays import CLOSEST
 from accelscope.core.lessons import exhibits_left_out, exhibits_of
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
-from accelscope.core.structures.bvh.topology.refit import refit
 from accelscope.sample_scenes import make_sample
 
 CHOICES = {
@@ -93,15 +92,16 @@ def check_hits(structure, rays, truth):
     return hits, counters
 
 
-def check_exhibits(structure):
+def check_exhibits(structure, history=()):
     """Return the names of those whose first and last frames can be made."""
-    for exhibit in exhibits_of(structure):
+    exhibits = exhibits_of(structure, history)
+    for exhibit in exhibits:
         for number in {0, exhibit.count // 2, exhibit.count - 1}:
             frame = exhibit.frame(number)
             assert np.isfinite(frame.segments).all()
             assert len(frame.segments) == len(frame.colours)
             assert frame.caption
-    return {exhibit.name for exhibit in exhibits_of(structure)}
+    return {exhibit.name for exhibit in exhibits}
 
 
 def check_all_verbs(settings, scene, moved, rays, naive, folder):
@@ -133,11 +133,11 @@ def check_all_verbs(settings, scene, moved, rays, naive, folder):
     frames = [(1, scene), (2, moved)]
     if structure.parts is not None:
         with pytest.raises(InputError, match="cuts triangles into pieces"):
-            refit(structure, moved)
+            structure.refitted(moved)
         with pytest.raises(InputError, match="cuts triangles into pieces"):
-            animate(frames, settings, RandomLinesWorkload, RandomLinesSettings(count=20))
+            animate(frames, BVH, settings, RandomLinesWorkload, RandomLinesSettings(count=20))
         return
-    refitted = refit(structure, moved)
+    refitted = structure.refitted(moved)
     assert refitted.validate() == []
     check_hits(refitted, rays, naive(moved))
     assert len(refitted.cells()) == len(structure.cells())
@@ -145,11 +145,11 @@ def check_all_verbs(settings, scene, moved, rays, naive, folder):
     assert of_refitted <= of_built
     assert "Build to see them" in exhibits_left_out(refitted)
     make_record(Built(refitted, 0.0), None)
-    assert refit(refitted, scene).validate() == []
+    assert refitted.refitted(scene).validate() == []
     # animate, and its exhibit
-    found = animate(frames, settings, RandomLinesWorkload, RandomLinesSettings(count=20))
+    found = animate(frames, BVH, settings, RandomLinesWorkload, RandomLinesSettings(count=20))
     assert len(found.records) == 4
-    assert check_exhibits(structure.with_history(found.history)) == {
+    assert check_exhibits(structure, found.history) == {
         *of_built,
         "refit_over_timeline",
     }
@@ -198,7 +198,7 @@ def test_pictures(scene, rays, moved, tmp_path, builder, optimise, small_picture
     structure = BVH.build(scene, BVH.Settings(builder=builder, optimise=optimise))
     trees = [structure]
     if structure.parts is None:
-        trees.append(refit(structure, moved))
+        trees.append(structure.refitted(moved))
     gallery = Gallery(tmp_path)
     for tree in trees:
         built = Built(tree, 0.0)

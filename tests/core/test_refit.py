@@ -13,7 +13,6 @@ from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.lessons import exhibits_of
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
-from accelscope.core.structures.bvh.topology.refit import refit
 
 LINES = RandomLinesSettings(count=300)
 
@@ -34,7 +33,7 @@ def test_hits_after_a_deformation(lab, build, name, volume, arity):
     before = lab.small_scene(name)
     after = twisted(before, 3.0)
     structure = build("bvh", before, f"volume={volume},arity={arity}")
-    moved = refit(structure, after)
+    moved = structure.refitted(after)
     assert moved.validate() == []
     assert np.array_equal(moved.arrays.first, structure.arrays.first)
     assert np.array_equal(moved.triangles.ids, structure.triangles.ids)
@@ -50,7 +49,7 @@ def test_hits_after_a_deformation(lab, build, name, volume, arity):
 
 def test_a_refit_without_a_deformation_changes_nothing(lab, build, scene_name):
     structure = build("bvh", lab.small_scene(scene_name))
-    moved = refit(structure, structure.scene)
+    moved = structure.refitted(structure.scene)
     assert np.array_equal(moved.arrays.volumes.rows, structure.arrays.volumes.rows)
     assert moved.statistics().sah == structure.statistics().sah
 
@@ -60,26 +59,26 @@ def test_other_triangles_are_refused(lab, build):
     structure = build("bvh", scene)
     fewer = Scene.from_triangles(scene.triangles[:-1], "fewer")
     with pytest.raises(InputError, match="built over 256 triangles, now there are 255"):
-        refit(structure, fewer)
+        structure.refitted(fewer)
     broken = scene.triangles.copy()
     broken[3] = np.nan
     same_number = Scene.from_triangles(np.concatenate([broken, broken[:1]]), "another left out")
     assert len(same_number) == len(scene)
     with pytest.raises(InputError, match="others were left out"):
-        refit(structure, same_number)
+        structure.refitted(same_number)
 
 
 def test_pieces_are_refused(lab, build):
     structure = build("bvh", lab.small_scene("one"))
     structure.parts = np.zeros((len(structure.triangles.ids), 6))
     with pytest.raises(InputError, match="cuts triangles into pieces"):
-        refit(structure, structure.scene)
+        structure.refitted(structure.scene)
 
 
 def test_records_of_an_animation(lab, tmp_path):
     scene = lab.small_scene("bunny")
     frames = [(number, twisted(scene, 0.6 * (number - 3))) for number in (3, 4, 8)]
-    found = animate(frames, BVH.Settings(), RandomLinesWorkload, LINES)
+    found = animate(frames, BVH, BVH.Settings(), RandomLinesWorkload, LINES)
     assert [(r["frame"], r["method"]) for r in found.records] == [
         (number, method) for number in (3, 4, 8) for method in ("refit", "rebuild")
     ]
@@ -104,8 +103,8 @@ def test_records_of_an_animation(lab, tmp_path):
 
     structure = found.last[1].structure
     assert "refit_over_timeline" not in [each.name for each in exhibits_of(structure)]
-    structure = structure.with_history(found.history)
-    exhibit = next(each for each in exhibits_of(structure) if each.name == "refit_over_timeline")
+    exhibits = exhibits_of(structure, found.history)
+    exhibit = next(each for each in exhibits if each.name == "refit_over_timeline")
     assert exhibit.count == 3
     frame = exhibit.frame(2)
     assert np.isfinite(frame.segments).all()
@@ -116,14 +115,14 @@ def test_a_frame_with_other_triangles_is_named(lab):
     scene = lab.small_scene("tetra")
     fewer = Scene.from_triangles(scene.triangles[1:], "fewer")
     with pytest.raises(InputError, match="frame 7: the tree was built over 256 triangles"):
-        animate([(6, scene), (7, fewer)], BVH.Settings(), RandomLinesWorkload, LINES)
+        animate([(6, scene), (7, fewer)], BVH, BVH.Settings(), RandomLinesWorkload, LINES)
     with pytest.raises(InputError, match="no frame"):
-        animate([], BVH.Settings(), RandomLinesWorkload, LINES)
+        animate([], BVH, BVH.Settings(), RandomLinesWorkload, LINES)
 
 
 def test_the_settings_stay(lab):
     scene = lab.small_scene("tetra")
     settings = dataclasses.replace(BVH.Settings(), max_leaf_size=1, C_trav=3.0)
-    found = animate([(1, scene)], settings, RandomLinesWorkload, LINES)
+    found = animate([(1, scene)], BVH, settings, RandomLinesWorkload, LINES)
     assert {r["statistics"]["mean_leaf_size"] for r in found.records} == {1.0}
     assert {r["structure"]["settings"]["C_trav"] for r in found.records} == {3.0}

@@ -93,5 +93,5 @@ def test_a_frame_of_the_timeline(in_panel: Any, monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(animation.Comparison, "add", refuse)
     with pytest.raises(InputError) as caught:
-        animation.animate([(3, None)], None, None, None)
+        animation.animate([(3, None)], None, None, None, None)
     assert refusal_in_panel(caught.value) == "frame 3: the mesh of max_depth is bad"

@@ -108,4 +108,4 @@ def test_a_program_that_goes_on_has_its_standard_output_back():
 
 def test_a_list_as_json_is_json_alone():
     done = run(sys.executable, "-m", "accelscope", "list", "--json")
-    assert json.loads(done.stdout)["schema"] == "accelscope/1"
+    assert json.loads(done.stdout)["schema"] == "accelscope/2"

@@ -10,7 +10,6 @@ from accelscope.core.sah.split_curve import RULES, split_curve
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
 from accelscope.core.structures.bvh.builders import BUILDERS
-from accelscope.core.structures.bvh.topology.refit import refit
 from accelscope.sample_scenes import make_sample
 
 OF_THE_BUILDING = {
@@ -52,7 +51,7 @@ def test_the_planes_of_the_cost_curve(scene, builder):
 def test_nothing_of_the_building_is_shown_of_a_refitted_tree(scene, builder, optimise):
     structure = BVH.build(scene, BVH.Settings(builder=builder, optimise=optimise))
     moved = Scene.from_triangles(scene.triangles[:, :, ::-1] * [1.0, 3.0, 1.0], "elsewhere")
-    refitted = refit(structure, moved)
+    refitted = structure.refitted(moved)
     assert not names_of(refitted) & OF_THE_BUILDING
     assert names_of(structure) - names_of(refitted) <= OF_THE_BUILDING
     assert exhibits_left_out(refitted)
@@ -60,7 +59,7 @@ def test_nothing_of_the_building_is_shown_of_a_refitted_tree(scene, builder, opt
     with pytest.raises(ValueError, match="not split by comparing costs"):
         split_curve(refitted, 0)
     # Where it is back among the same triangles, nothing has become of it but a tree.
-    assert not names_of(refit(refitted, scene)) & OF_THE_BUILDING
+    assert not names_of(refitted.refitted(scene)) & OF_THE_BUILDING
 
 
 def test_the_list_above_is_whole(scene):

@@ -158,7 +158,7 @@ def test_command_line_in_blender_finds_what_the_terminal_finds(
 def untimed(path: Path) -> list[dict]:
     """Return the records of a JSON file without times, machine and folder of the scene."""
     document = json.loads(path.read_text(encoding="utf-8"))
-    assert document["schema"] == "accelscope/1"
+    assert document["schema"] == "accelscope/2"
     for record in document["records"]:
         record["scene"]["source"] = Path(record["scene"]["source"]).name
         del record["build"]["seconds"], record["trace"]["seconds"]

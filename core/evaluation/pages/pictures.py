@@ -12,6 +12,7 @@ from ...colours import EMPTY_TINT, depth_colours, face_opacity
 from ...contract.cells import Cells
 from ...contract.events import VISIT_EMPTY, VISIT_LEAF
 from ...contract.outlines import faces_of, triangles_of, wires_of
+from ...contract.protocols import Linked
 from ...contract.structure import Structure
 from ...geometry.box_shape import surface_area
 from ...geometry.rays import Rays
@@ -98,7 +99,7 @@ class Gallery:
             single = next((rays for rays in batches if len(rays) == 1), None)
             walk = walk_to_show(view, structure, cells, single)
             pictures.append(("ray", *picture_of_ray(view, walk)))
-            if structure.has_links:
+            if isinstance(structure, Linked):
                 pictures.append(("links", *picture_of_links(view, walk)))
         shown = []
         for kind, caption, image in pictures:
@@ -232,6 +233,7 @@ def picture_of_ray(view: View, walk: Walk) -> tuple[str, np.ndarray]:
 def picture_of_links(view: View, walk: Walk) -> tuple[str, np.ndarray]:
     """Return caption and image of the links (ropes) of the largest leaf that a walk enters."""
     cells, structure = walk.cells, walk.structure
+    assert isinstance(structure, Linked)
     entered = walk.steps.cell[np.isin(walk.steps.kind, (VISIT_LEAF, VISIT_EMPTY))]
     # A ray beside the scene enters none: then it is the largest of all.
     chosen = np.isin(cells.numbers, entered) if len(entered) else cells.is_leaf

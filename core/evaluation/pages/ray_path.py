@@ -20,6 +20,7 @@ from ...contract.events import (
     VOLUME_TEST,
 )
 from ...contract.outlines import wires_of
+from ...contract.protocols import Linked, Skipping
 from ...contract.steps import Steps
 from ...contract.structure import Structure
 from ...geometry.box_shape import box_segments
@@ -186,6 +187,8 @@ def _cells(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
 
 def skipped_regions(walk: Walk, numbers: np.ndarray) -> dict[int, np.ndarray]:
     """Return the boxes that the ray passes in one step, by the number of the cell where it does."""
+    if not isinstance(walk.structure, Skipping):
+        return {}
     direction = walk.rays.directions[walk.ray]
     found = {number: walk.structure.region(number, direction) for number in numbers.tolist()}
     return {number: region for number, region in found.items() if region is not None}
@@ -256,7 +259,7 @@ def leaf_at(cells: Cells, point: np.ndarray) -> int | None:
 
 
 def links_of(
-    structure: Structure,
+    structure: Linked,
     cells: Cells,
     number: int,
     palette: Palette = ON_DARK,

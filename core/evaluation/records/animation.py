@@ -13,14 +13,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from ...contract.protocols import Refittable
+from ...contract.structure import Structure
 from ...errors import InputError
 from ...kernels import announcing
-from ...lessons.refit import moment_of
+from ...lessons.refit import Moment, moment_of
 from ...progress import SILENT, Progress
 from ...scene import Scene
-from ...structures.bvh import BVH
-from ...structures.bvh.topology.history import Moment
-from ...structures.bvh.topology.refit import refit
 from ..rays.workloads import Workload
 from .experiment import (
     Built,
@@ -41,7 +40,10 @@ class Comparison:
 
     Attributes
     ----------
-    settings : BVHSettings
+    kind : type
+        The structure, one that is Refittable.
+    settings
+        Its settings.
     workload, workload_settings
         What is traced in every frame.
     threads : int
@@ -50,12 +52,13 @@ class Comparison:
         Two per frame: refit, rebuild.
     history : list of Moment
         One per frame, for the exhibit.
-    original : BVH
-        The tree of the first frame.
+    original : Structure
+        That of the first frame.
     last : tuple of (Built, Built)
-        The trees of the last frame, refitted and built anew.
+        Those of the last frame, refitted and built anew.
     """
 
+    kind: type[Structure]
     settings: Any
     workload: type[Workload]
     workload_settings: Any
@@ -63,7 +66,7 @@ class Comparison:
     progress: Progress = SILENT
     records: list[Record] = field(default_factory=list)
     history: list[Moment] = field(default_factory=list)
-    original: BVH | None = None
+    original: Structure | None = None
     last: tuple[Built, Built] | None = None
 
     def add(self, number: int, scene: Scene) -> None:
@@ -79,14 +82,14 @@ class Comparison:
         Cancelled
             From the progress.
         """
-        rebuilt = build(scene, BVH, self.settings, self.progress)
+        rebuilt = build(scene, self.kind, self.settings, self.progress)
         original = self.original or rebuilt.structure
-        assert isinstance(original, BVH)
+        assert isinstance(original, Refittable)
         if self.original is None:
             with announcing(self.progress, "refit"):
-                refit(original, scene)  # compiles, which is not to be measured
+                original.refitted(scene)  # compiles, which is not to be measured
         start = time.perf_counter()
-        moved = refit(original, scene, self.progress)
+        moved = original.refitted(scene, self.progress)
         both = Built(moved, time.perf_counter() - start), rebuilt
         rays = self.workload.make(scene, self.workload_settings)
         records = []
@@ -100,18 +103,19 @@ class Comparison:
         costs = (record["statistics"]["sah"] for record in records)
         self.history.append(moment_of(number, moved, *costs))
         self.records += records
-        self.original, self.last = original, both
+        self.original, self.last = self.original or rebuilt.structure, both
 
     def add_failure(self, number: int, scene: Scene | str, reason: str) -> None:
         """Note that a frame was refused, and why."""
         record = make_failed_record(
-            scene, BVH, self.settings, self.workload, self.workload_settings, reason
+            scene, self.kind, self.settings, self.workload, self.workload_settings, reason
         )
         self.records += [{"frame": number, "method": method, **record} for method in METHODS]
 
 
 def animate(
     frames: Iterable[tuple[int, Scene]],
+    kind: type[Structure],
     settings: Any,
     workload: type[Workload],
     workload_settings: Any,
@@ -124,7 +128,10 @@ def animate(
     ----------
     frames : iterable of (int, Scene)
         Number and scene of each, at least one; taken one after the other.
-    settings : BVHSettings
+    kind : type
+        The structure, one that is Refittable.
+    settings
+        Its settings.
 
     Raises
     ------
@@ -133,7 +140,7 @@ def animate(
     Cancelled
         From `progress`.
     """
-    comparison = Comparison(settings, workload, workload_settings, threads, progress)
+    comparison = Comparison(kind, settings, workload, workload_settings, threads, progress)
     for number, scene in frames:
         try:
             comparison.add(number, scene)

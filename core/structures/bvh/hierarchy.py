@@ -7,9 +7,7 @@ volume is put around each group (:mod:`.topology.fit`).
 
 from __future__ import annotations
 
-import copy
 import dataclasses
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +18,7 @@ from ...contract.figures import COST_OF_TREE, EXPECTED_VOLUME_TESTS, OF_TREE, Fi
 from ...contract.statistics import Statistics
 from ...contract.structure import Structure
 from ...contract.workspace import STACK_SIZE, Workspace, make_workspace
+from ...errors import InputError
 from ...geometry.box import Boxes, boxes_of
 from ...geometry.box_shape import surface_area
 from ...geometry.triangle import Triangles, triangles_of
@@ -35,8 +34,8 @@ from .optimisers.rearranging import Rearrangement
 from .settings import BVHSettings
 from .topology.collapse import LeafRule, collapse, total_cost
 from .topology.fit import fit_all
-from .topology.history import Moment
 from .topology.pieces import referred
+from .topology.refit import refitted_volumes
 from .topology.tree import Grouping, Primitives, Splits, Tree, depths_of, linked, ranges_of
 from .topology.validation import violations_of
 from .topology.wide import WideTree, widened
@@ -105,8 +104,6 @@ class BVH(Structure):
     making : Making or None
         None for a tree that was refitted: it was made over triangles that were elsewhere, and
         nothing of that can be shown over those it has now.
-    history : sequence of Moment
-        The animation over which the tree was refitted, if it was.
     """
 
     name = "bvh"
@@ -115,7 +112,6 @@ class BVH(Structure):
     Settings = BVHSettings
     COUNTERS = N_TS, N_ETS, N_IT, VOLUME_TESTS
     FIGURES = FIGURES
-    can_be_refitted = True
 
     arrays: Binary | Wide
     # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
@@ -132,12 +128,10 @@ class BVH(Structure):
         *,
         parts: np.ndarray | None = None,
         making: Making | None = None,
-        history: Sequence[Moment] = (),
     ) -> None:
         super().__init__(scene, settings, arrays, triangles)
         self.parts = parts
         self.making = making
-        self.history = history
         self._areas: np.ndarray | None = None
 
     @classmethod
@@ -202,11 +196,45 @@ class BVH(Structure):
         """The planes that inner nodes were split by, if the tree is as the builder made it."""
         return None if self.making is None else self.making.splits
 
-    def with_history(self, history: Sequence[Moment]) -> BVH:
-        """Return the same tree with an animation over which one like it was refitted."""
-        told = copy.copy(self)
-        told.history = history
-        return told
+    def refitted(self, scene: Scene, progress: Progress = SILENT) -> BVH:
+        """Return the same tree over a scene whose triangles have moved.
+
+        Parameters
+        ----------
+        scene : Scene
+            The same triangles in the same order, elsewhere.
+
+        Raises
+        ------
+        InputError
+            If the triangles are not the same, or the tree cuts them into pieces.
+        Cancelled
+            From `progress`.
+        """
+        before = self.scene
+        if self.parts is not None:
+            raise InputError(
+                f"a tree of {self.settings.builder} cuts triangles into pieces, which cannot "
+                "follow when they move; choose another builder"
+            )
+        if len(scene) != len(before) or not np.array_equal(
+            scene.primitive_ids, before.primitive_ids
+        ):
+            raise InputError(
+                f"the tree was built over {len(before)} triangles, now there are {len(scene)}, or "
+                "others were left out; a refit needs the same ones: build anew"
+            )
+        triangles = triangles_of(scene, self.triangles.ids)
+        volumes = refitted_volumes(
+            self.arrays, self.width(), self.settings.volume, triangles, scene.triangles, progress
+        )
+        return BVH(scene, self.settings, self.arrays._replace(volumes=volumes), triangles)
+
+    def upper_boxes(self, levels: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the boxes of the upper levels, (k, 6), and the depth of each, (k,)."""
+        depths = self.depths()
+        upper = depths < levels
+        return self.arrays.volumes.boxes()[upper], depths[upper]
 
     def referred(
         self, begin: np.ndarray, end: np.ndarray, progress: Progress = SILENT

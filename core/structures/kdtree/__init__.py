@@ -40,7 +40,7 @@ from ..subdivision.settings import (
     padding_setting,
     walk_setting,
 )
-from ..subdivision.structure import Subdivision, Topology, padded_box
+from ..subdivision.structure import LinkedSubdivision, Topology, padded_box
 from ..subdivision.subtrees import Limits, build_with_threads, follows_order, in_any_order
 from .builder import Builder, meter_of
 from .sah import SweepPlanes, start_sweep
@@ -158,14 +158,13 @@ def build_tree(
     return tree, (old + 1) // 2 if in_order else None
 
 
-class KdTree(Subdivision):
+class KdTree(LinkedSubdivision):
     """Binary subdivision of space by axis-aligned planes."""
 
     name = "kdtree"
     label = "kd-Tree"
     summary = "Binary tree of cells, cut by planes across one axis each"
     Settings = KdTreeSettings
-    has_links = True
     is_cut_by_planes = True
     made: np.ndarray | None = None
 

@@ -14,7 +14,7 @@ of a tree, and more than could be held of the 62 of a slanting cone. Exactly ass
 limit DUPLICATION and the depth left to the number of triangles, there are 5 to 12 of the same
 meshes, at a SAH cost lower by 13 to 74 %; no scene can have more than the limit.
 
-A. Glassner: Space Subdivision for Fast Ray Tracing, IEEE CG&A 4(10), 1984.
+A. Glassner: Space LinkedSubdivision for Fast Ray Tracing, IEEE CG&A 4(10), 1984.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from ..subdivision.settings import (
     padding_setting,
     walk_setting,
 )
-from ..subdivision.structure import FIGURES, Subdivision, Topology, padded_box
+from ..subdivision.structure import FIGURES, LinkedSubdivision, Topology, padded_box
 from ..subdivision.tree import child
 from . import octants as octants  # registers the kernels of the storages
 from .assignment import assignment_named
@@ -163,7 +163,7 @@ STORAGE_FIGURES = (
 )
 
 
-class Octree(Subdivision):
+class Octree(LinkedSubdivision):
     """Adaptive subdivision into octants."""
 
     name = "octree"
@@ -171,7 +171,6 @@ class Octree(Subdivision):
     summary = "Cells cut into eight, stored in four ways, walked in five"
     Settings = OctreeSettings
     FIGURES = (*FIGURES, *STORAGE_FIGURES)
-    has_links = True
     is_cut_by_planes = True
 
     def __init__(

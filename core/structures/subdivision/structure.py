@@ -118,24 +118,6 @@ class Subdivision(Structure):
         nodes = self.topology()
         return link(self.arrays.tree, nodes.boxes, nodes.leaves)
 
-    def links(self, number: int) -> np.ndarray:
-        """Return the ropes of a leaf, to draw: (k, 2, 3), whether its walk uses them or not.
-
-        Each leads from the leaf's centre to the centre of the smallest node that covers the whole
-        face: a neighbour of the same size or larger, or an inner node where the other side is
-        divided more finely. Faces in the border of the root have none, nor have inner nodes.
-        """
-        if not self.has_links:
-            return super().links(number)
-        nodes = self.topology()
-        (index,) = np.nonzero(nodes.leaves == number)
-        if not len(index):
-            return np.empty((0, 2, 3))
-        ropes = self.ropes[index[0]]
-        behind = ropes[ropes >= 0]
-        centres = 0.5 * (nodes.boxes[:, :3] + nodes.boxes[:, 3:])
-        return np.stack([np.broadcast_to(centres[number], (len(behind), 3)), centres[behind]], 1)
-
     def _workspace(self) -> Workspace:
         """Return scratch memory for one thread."""
         mailbox = len(self.scene) if self.has_mailbox else 1
@@ -196,3 +178,23 @@ class Subdivision(Structure):
         if not abs(volume - whole) <= 1e-9 * whole + self.gaps():
             violations.append("the leaves do not fill the root")
         return violations
+
+
+class LinkedSubdivision(Subdivision):
+    """One whose cells are boxes, so that a leaf has neighbours behind its faces."""
+
+    def links(self, number: int) -> np.ndarray:
+        """Return the ropes of a leaf, to draw: (k, 2, 3), whether its walk uses them or not.
+
+        Each leads from the leaf's centre to the centre of the smallest node that covers the whole
+        face: a neighbour of the same size or larger, or an inner node where the other side is
+        divided more finely. Faces in the border of the root have none, nor have inner nodes.
+        """
+        nodes = self.topology()
+        (index,) = np.nonzero(nodes.leaves == number)
+        if not len(index):
+            return np.empty((0, 2, 3))
+        ropes = self.ropes[index[0]]
+        behind = ropes[ropes >= 0]
+        centres = 0.5 * (nodes.boxes[:, :3] + nodes.boxes[:, 3:])
+        return np.stack([np.broadcast_to(centres[number], (len(behind), 3)), centres[behind]], 1)

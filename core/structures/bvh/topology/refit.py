@@ -10,22 +10,17 @@ all the triangles below, as by the build.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from ....errors import InputError
 from ....geometry.box import Boxes
-from ....geometry.triangle import triangles_of
+from ....geometry.triangle import Triangles
 from ....geometry.volume import fit
 from ....kernels import call, kernel
 from ....progress import SILENT, Progress
-from ....scene import Scene
 from .fit import fit_all
 from .tree import ranges_of
-
-if TYPE_CHECKING:
-    from ..hierarchy import BVH
 
 
 @kernel
@@ -45,47 +40,42 @@ def refit_boxes(volumes, corners, first, size, width):
             box[axis], box[3 + axis] = low, high
 
 
-def refit(structure: BVH, scene: Scene, progress: Progress = SILENT) -> BVH:
-    """Return a hierarchy with the tree of another one over a scene whose triangles have moved.
+def refitted_volumes(
+    arrays: Any,
+    width: np.ndarray,
+    kind: str,
+    triangles: Triangles,
+    corners: np.ndarray,
+    progress: Progress = SILENT,
+) -> Any:
+    """Return the volumes of a tree, fitted to where its triangles are now.
 
     Parameters
     ----------
-    structure : BVH
-        Stays as it is.
-    scene : Scene
-        The same triangles in the same order, elsewhere.
+    arrays : Binary or Wide
+        The tree with the volumes that it had.
+    width : (n_nodes,) int
+        How many children every node has.
+    kind : str
+        Of volumes, if they are not boxes.
+    triangles : Triangles
+        Moved, in the order of the references.
+    corners : (n, 3, 3) float64
+        The scene's own: `triangles` draws those without an area together to a point, and boxes are
+        fitted as by builders.
 
     Raises
     ------
-    InputError
-        If the triangles are not the same, or the tree cuts them into pieces.
     Cancelled
         From `progress`.
     """
-    before = structure.scene
-    if structure.parts is not None:
-        raise InputError(
-            f"a tree of {structure.settings.builder} cuts triangles into pieces, which cannot "
-            "follow when they move; choose another builder"
-        )
-    if len(scene) != len(before) or not np.array_equal(scene.primitive_ids, before.primitive_ids):
-        raise InputError(
-            f"the tree was built over {len(before)} triangles, now there are {len(scene)}, or "
-            "others were left out; a refit needs the same ones: build anew"
-        )
-    arrays, width = structure.arrays, structure.width()
-    triangles = triangles_of(scene, structure.triangles.ids)
     progress.report(0, 1, "Refitting bvh")
     if isinstance(arrays.volumes, Boxes):
         volumes = Boxes(np.empty((len(arrays.size), 6)))
-        # As by builders, around the scene's own corners: `triangles` draws those without an area
-        # together to a point.
-        corners = scene.triangles[triangles.ids]
-        call(refit_boxes, volumes, corners, arrays.first, arrays.size, width)
+        in_order = corners[triangles.ids]
+        call(refit_boxes, volumes, in_order, arrays.first, arrays.size, width)
     else:
         begin, end = ranges_of(arrays.first, arrays.size, width)
-        kind = structure.settings.volume
         volumes = fit_all(kind, triangles.corners, begin, end, progress)
-    moved = type(structure)(scene, structure.settings, arrays._replace(volumes=volumes), triangles)
     progress.report(1, 1, "Refitting bvh")
-    return moved
+    return volumes
