@@ -52,15 +52,17 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        from ..core.evaluation.records.report import show_integer, show_number, show_seconds
+        from ..core.evaluation.records.report import (
+            counters_in_words,
+            show_integer,
+            show_seconds,
+        )
 
         session.current.set_traced(*result)
         traced, record = result
-        figures = record["trace"]
         return (
             f"{show_integer(len(traced.rays))} rays in {show_seconds(traced.seconds)}, "
-            f"{show_integer(figures['hits'])} hits; per ray {show_number(figures['N_TS'])} steps, "
-            f"{show_number(figures['N_IT'])} triangle tests"
+            f"{show_integer(record['trace']['hits'])} hits; per ray {counters_in_words(record)}"
         )
 
 

@@ -7,6 +7,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ...core.errors import InputError
 from ...core.progress import SILENT, Progress
 from ..drawing.drawable import Drawable, make_drawable
 from ..from_blender.snapshot import Snapshot
@@ -63,13 +64,24 @@ class Outcome(NamedTuple):
 def seen_from(built: Built, shape: Scene, view: View) -> Built:
     """Return a structure with a camera and lights; rays start from them. Runs in any thread.
 
-    Moving them does not make the structure out of date.
+    Moving them does not make the structure out of date, unless it was built from them.
 
     Parameters
     ----------
     shape : Scene
         The triangles that were built over.
+
+    Raises
+    ------
+    InputError
+        If it was built from what is elsewhere now.
     """
+    from ...core.contract.needs import moved
+
+    seen = view.onto(shape)
+    change = moved(built.structure.needs, built.structure.scene, seen)
+    if change:
+        raise InputError(f"{change}, and {built.structure.label} is built from that; build again")
     structure = copy.copy(built.structure)
-    structure.scene = view.onto(shape)
+    structure.scene = seen
     return dataclasses.replace(built, structure=structure)

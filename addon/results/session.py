@@ -23,6 +23,7 @@ from ..drawing import overlay
 from ..drawing.drawable import Drawable
 from ..from_blender import watching
 from ..from_blender.snapshot import Look, Snapshot, Taken
+from ..from_blender.view import View
 from ..settings import choices, generated
 from .outcome import Outcome
 from .showcase import Showcase
@@ -71,6 +72,8 @@ class Session:
         The records of the last comparison over the timeline.
     split_view : SplitView
         The plane that divides the scene.
+    other_view : str
+        Which of the structure's needs beside triangles had changed, when that was last compared.
     """
 
     snapshot: Snapshot | None = None
@@ -86,6 +89,7 @@ class Session:
     showcase: Showcase = field(default_factory=Showcase)
     timeline: list[dict[str, Any]] = field(default_factory=list)
     split_view: SplitView | None = None
+    other_view: str = ""
 
     # Storing results.
 
@@ -112,7 +116,7 @@ class Session:
         overlay.set_cells(outcome.drawable)
         self.snapshot, self.built = outcome.snapshot, outcome.built
         self.drawable, self.record = outcome.drawable, outcome.record
-        self.traced, self.timeline = None, []
+        self.traced, self.timeline, self.other_view = None, [], ""
         self.showcase = Showcase(outcome.exhibits)
         self.split_view = view
         self.watch()
@@ -221,7 +225,9 @@ class Session:
         if not is_settled:
             watching.compare_soon()
         change = look.change_in(context.view_layer) if is_settled else ""
-        reason = change or self._other_settings(context)
+        if at_once:
+            self.other_view = self._other_view(context)
+        reason = change or self.other_view or self._other_settings(context)
         if reason:
             return Status(False, f"Out of date: {reason}")
         if is_settled:
@@ -229,6 +235,17 @@ class Session:
         if watching.is_playing():
             return Status(False, "Compared with the scene when the animation stops")
         return Status(False, "Comparing with the scene...")
+
+    def _other_view(self, context: bpy.types.Context) -> str:
+        """Return which of the structure's needs beside triangles has changed; "" if none has."""
+        from ...core.contract.needs import GEOMETRY, moved
+
+        assert self.built is not None
+        assert self.snapshot is not None
+        structure = self.built.structure
+        if structure.needs == {GEOMETRY}:
+            return ""
+        return moved(structure.needs, structure.scene, View.of(context).onto(self.snapshot.shape))
 
     def _other_settings(self, context: bpy.types.Context) -> str:
         """Return in which way the settings are not those that were built with; "" if they are."""

@@ -44,11 +44,19 @@ KIND_NAMES = (
 )  # fmt: skip
 
 # Columns of the log.
-KIND, CELL, PRIMITIVE, T_ENTER, T_EXIT = range(5)
+KIND, CELL, PRIMITIVE, T_ENTER, T_EXIT, LEVEL = range(6)
 
 
 class Log(NamedTuple):
-    """Room for events: `rows` is (capacity, 5) float64, `written` is (1,) int64."""
+    """Room for events.
+
+    Attributes
+    ----------
+    rows : (capacity, 6) float64
+    written : (2,) int64
+        How many events there were, and the level that cells are of now: 0 but in a structure within
+        another, whose cells have numbers of their own.
+    """
 
     rows: np.ndarray
     written: np.ndarray
@@ -56,7 +64,7 @@ class Log(NamedTuple):
 
 def make_log(capacity: int) -> Log:
     """Return an empty log; capacity 0 is for batches."""
-    return Log(np.zeros((capacity, 5)), np.zeros(1, dtype=np.int64))
+    return Log(np.zeros((capacity, 6)), np.zeros(2, dtype=np.int64))
 
 
 @inner
@@ -73,4 +81,5 @@ def note(log, kind, cell, primitive, t_enter, t_exit):
         row[PRIMITIVE] = primitive
         row[T_ENTER] = t_enter
         row[T_EXIT] = t_exit
+        row[LEVEL] = log.written[1]
     log.written[0] = index + 1

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .counters import Counter
-from .events import CELL, KIND, KIND_NAMES, PRIMITIVE, T_ENTER, T_EXIT, Log
+from .events import CELL, KIND, KIND_NAMES, LEVEL, PRIMITIVE, T_ENTER, T_EXIT, Log
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,8 @@ class Steps:
         Triangle index in the scene; -1 where there is none. For LEAP the number of cells.
     t_enter, t_exit : (n,) float64
         Ray parameters: of the cell for visits, of the hit for tests (inf for a miss).
+    level : (n,) int32
+        Of the structure that `cell` is of: 0 but within another.
     counters : tuple of Counter
         Those of the structure.
     """
@@ -34,6 +36,7 @@ class Steps:
     primitive: np.ndarray
     t_enter: np.ndarray
     t_exit: np.ndarray
+    level: np.ndarray
     counters: tuple[Counter, ...]
 
     @classmethod
@@ -43,7 +46,8 @@ class Steps:
         whole = rows[:, : PRIMITIVE + 1].astype(np.int32)
         return cls(
             whole[:, KIND], whole[:, CELL], whole[:, PRIMITIVE],
-            rows[:, T_ENTER].copy(), rows[:, T_EXIT].copy(), counters,
+            rows[:, T_ENTER].copy(), rows[:, T_EXIT].copy(),
+            rows[:, LEVEL].astype(np.int32), counters,
         )  # fmt: skip
 
     def __len__(self) -> int:

@@ -31,6 +31,7 @@ from .cells import Cells
 from .counters import Counter, Counts
 from .events import Log, make_log
 from .figures import Figure
+from .needs import EVERY_CLASS, GEOMETRY, refuse_other_classes
 from .statistics import Statistics
 from .steps import Steps
 from .workspace import Workspace, make_workspace
@@ -182,6 +183,10 @@ class Structure(abc.ABC):
         What the walk counts, in the order of its :class:`Found`.
     FIGURES : tuple of Figure
         What its statistics hold, in reading order.
+    answers : tuple of str or None
+        The classes of rays it is for; None for all.
+    needs : frozenset of str
+        What it is built from: GEOMETRY, LIGHTS, CAMERA, TIME.
     """
 
     name: ClassVar[str]
@@ -190,6 +195,8 @@ class Structure(abc.ABC):
     Settings: ClassVar[type]
     COUNTERS: ClassVar[tuple[Counter, ...]]
     FIGURES: ClassVar[tuple[Figure, ...]]
+    answers: ClassVar[tuple[str, ...] | None] = EVERY_CLASS
+    needs: ClassVar[frozenset[str]] = frozenset({GEOMETRY})
     BYTES_PER_TRIANGLE: ClassVar[int] = 80
     """Memory at the peak of a build; by default a copy of the triangles."""
     is_cut_by_planes: ClassVar[bool] = False
@@ -282,12 +289,14 @@ class Structure(abc.ABC):
         Raises
         ------
         InputError
-            If directions are so long that numbers for t run out.
+            If directions are so long that numbers for t run out, or rays are of a class that the
+            structure does not answer.
         Cancelled
             From `progress`.
         RuntimeError
             For a defect: a ray whose walk does not come to an end.
         """
+        refuse_other_classes(self.name, self.answers, rays)
         count = len(rays)
         refuse_if_too_large(count * 60, f"tracing {count} rays", "ask for fewer rays")
         # All t of a scene would be zero, or so near that none could tell what comes first.

@@ -204,6 +204,16 @@ def figures(record: Record) -> list[tuple[str, str, str]]:
     return rows
 
 
+def counters_in_words(record: Record) -> str:
+    """Return the counters that tables show: ``"15.78 N_TS steps, 2.82 N_ETS leaves, ..."``."""
+    structure = structure_named(record["structure"]["name"])
+    return ", ".join(
+        f"{show_number(record['trace'][each.name])} {each.label}"
+        for each in structure.COUNTERS
+        if each.column
+    )
+
+
 def spec_of(structure: Record) -> str:
     """Return ``NAME[:key=value,...]`` of a record's structure, default settings left out."""
     defaults = to_json(structure_named(structure["name"]).Settings())

@@ -1,0 +1,61 @@
+"""What a structure was built from, and for which rays: asked before it is used.
+
+A structure over triangles answers every ray, wherever lights and camera are. A directional one may
+be built from the lights, and answer shadow rays alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..geometry.rays import Rays
+from ..scene import Camera, Light, Scene
+
+GEOMETRY, LIGHTS, CAMERA, TIME = "geometry", "lights", "camera", "time"
+"""What a structure may be built from."""
+
+EVERY_CLASS: tuple[str, ...] | None = None
+"""As `answers`: rays of any class."""
+
+
+def refuse_other_classes(name: str, answers: tuple[str, ...] | None, rays: Rays) -> None:
+    """Refuse rays of a class that a structure is not for.
+
+    Raises
+    ------
+    InputError
+        Naming the class, and those that there are answers for.
+    """
+    if answers is None:
+        return
+    present = np.bincount(rays.classes, minlength=len(rays.class_names)) > 0
+    for asked, is_there in zip(rays.class_names, present, strict=True):
+        if is_there and asked not in answers:
+            raise InputError(
+                f"{name} answers {' and '.join(answers)} rays only, not {asked} ones; choose other "
+                "rays or another structure"
+            )
+
+
+def moved(needs: frozenset[str], before: Scene, now: Scene) -> str:
+    """Say what of its needs, beside triangles, is not as it was when a structure was built.
+
+    Returns
+    -------
+    str
+        ``"the lights were changed"``; empty if all is as it was.
+    """
+    if LIGHTS in needs and _in_words(before.lights) != _in_words(now.lights):
+        return "the lights were changed"
+    if CAMERA in needs and _in_words([before.camera]) != _in_words([now.camera]):
+        return "the camera was moved"
+    return ""
+
+
+def _in_words(parts: Iterable[Camera | Light | None]) -> list[Any]:
+    """Return what can be compared."""
+    return [None if part is None else part.to_json() for part in parts]
