@@ -6,7 +6,6 @@ from typing import Any
 
 from . import selection
 from .drawable import Drawable
-from .selection import MAXIMUM_DRAWN, MAXIMUM_FILLED
 
 
 def in_words(drawable: Drawable, display: Any) -> str:
@@ -21,16 +20,17 @@ def in_words(drawable: Drawable, display: Any) -> str:
     if len(sections.order) < sections.total:
         limits.append(f"{spaced(len(sections.order))} are kept")
     if drawn < min(asked, wanted):
-        limits.append(f"{spaced(MAXIMUM_DRAWN)} are drawn")
+        limits.append(f"{spaced(selection.MAXIMUM_DRAWN)} are drawn")
     if limits:
         text += f" (at most {', '.join(limits)})"
     if drawable.n_shaped and drawable.n_shaped < len(sections.order):
         text += f"; the {spaced(drawable.n_shaped)} nearest to the root in their shape, "
         text += "deeper ones as the boxes around them"
-    if display.tint_empty and drawable.n_empty > MAXIMUM_FILLED:
-        text += f"; tinting {spaced(MAXIMUM_FILLED)} of {spaced(drawable.n_empty)} empty leaves"
-    if display.planes and drawable.n_planes > MAXIMUM_FILLED:
-        text += f"; with {spaced(MAXIMUM_FILLED)} of {spaced(drawable.n_planes)} planes"
+    filled = selection.MAXIMUM_FILLED
+    if display.tint_empty and drawable.n_empty > filled:
+        text += f"; tinting {spaced(filled)} of {spaced(drawable.n_empty)} empty leaves"
+    if display.planes and drawable.n_planes > filled:
+        text += f"; with {spaced(filled)} of {spaced(drawable.n_planes)} planes"
     return text
 
 

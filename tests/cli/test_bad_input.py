@@ -45,7 +45,7 @@ def test_arguments(refused, arguments, words):
         ),
         ("--structure", "", "no structure ''; known are: "),
         ("--structure", "all:bins=3", "all"),
-        ("--structure", "bvh:leaf=3", "'leaf'; its settings are: builder, axis, volume, arity"),
+        ("--structure", "bvh:leaf=3", "'leaf'; its settings are: builder, axis, bins, duplication"),
         ("--structure", "bvh:bins", "'bins' in 'bvh:bins' is not of the form key=value"),
         ("--structure", "bvh:bins=4,bins=4", "'bins' is given twice"),
         ("--structure", "bvh:bins=1", "bins must be at least 2"),
