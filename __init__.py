@@ -1,9 +1,58 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """AccelScope: see, step through and measure ray tracing acceleration structures.
 
-Blender insists on this file beside ``blender_manifest.toml``. It imports the add-on only when
-Blender asks for it, so that ``accelscope.core`` can be used, and tested, without Blender.
+In a script or a notebook this package has the names of :mod:`.addon.interface`::
+
+    import accelscope
+
+    scene = accelscope.load("sample:tetra:depth=5")
+    built = accelscope.build(scene, "bvh", builder="ploc")
+    traced = accelscope.trace(built, "random_lines", count=1000)
+    print(traced.counters["N_IT"].mean())
+
+Blender insists on this file beside ``blender_manifest.toml``. It imports anything only when that is
+asked for, so that Blender starts quickly, and ``accelscope.core`` can be used without Blender.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .addon.interface import (
+        Built,
+        Cells,
+        InputError,
+        Rays,
+        Scene,
+        Steps,
+        Structure,
+        Traced,
+        build,
+        cells,
+        load,
+        rays,
+        record,
+        scene,
+        structures,
+        table,
+        trace,
+        walk,
+    )
+
+__all__ = [
+    "Built", "Cells", "InputError", "Rays", "Scene", "Steps", "Structure", "Traced", "build",
+    "cells", "load", "rays", "record", "scene", "structures", "table", "trace", "walk",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """Return a name of the Python interface, which is imported at its first use."""
+    if name not in __all__:  # Blender asks for names of its own, too
+        raise AttributeError(f"module 'accelscope' has no attribute '{name}'")
+    from .addon import interface
+
+    return getattr(interface, name)
 
 
 def register() -> None:

@@ -57,6 +57,20 @@ def test_the_window_test_follows_the_five_minutes_word_by_word() -> None:
 OUTPUTS = {"--json", "--csv", "--hits", "--pictures"}
 
 
+def test_the_python_examples_run_one_after_the_other() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    examples = re.findall(r"^```python\n(.*?)^```", readme, re.M | re.S)
+    assert len(examples) >= 3
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(examples)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    from accelscope.core.structures import structures
+
+    for word in ("N_IT", "leaves", *structures()):
+        assert word in done.stdout
+
+
 @pytest.mark.parametrize("command", starting_with("make"))
 def test_make_target_exists(command: str) -> None:
     done = subprocess.run(

@@ -1,0 +1,193 @@
+"""The Python interface: scenes, structures, rays and figures in a script or a notebook.
+
+``import accelscope`` has these names. They are few, and what they return is the core's own: scenes,
+structures, rays, records, with everything in NumPy arrays.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from ..core.contract.cells import Cells
+from ..core.contract.steps import Steps
+from ..core.contract.structure import Structure
+from ..core.errors import InputError
+from ..core.evaluation.rays.workloads import Workload, workload_named
+from ..core.evaluation.records import experiment, report
+from ..core.evaluation.records.experiment import Built, Traced
+from ..core.geometry.rays import Rays
+from ..core.scene import Scene
+from ..core.settings import check, key_of, parse, parse_spec
+from ..core.structures import structure_named, structures
+from .command.arguments import open_scene
+
+
+def load(source: str) -> Scene:
+    """Return the scene of a file or of a sample.
+
+    Parameters
+    ----------
+    source : str
+        As on the command line: a mesh file (OBJ, PLY, STL, GLB, glTF, OFF), a .blend, or
+        ``"sample:tetra:depth=5"``.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read; the message says why.
+    """
+    return open_scene(source)
+
+
+def scene(triangles: np.ndarray, name: str = "triangles") -> Scene:
+    """Return a scene of triangles, (n, 3, 3) of any type of number.
+
+    Raises
+    ------
+    InputError
+        If there is none, or a corner is not finite.
+    """
+    return Scene.from_triangles(np.asarray(triangles, dtype=np.float64), name)
+
+
+def build(over: Scene, structure: str = "bvh", **settings: Any) -> Built:
+    """Build a structure.
+
+    Parameters
+    ----------
+    over : Scene
+    structure : str
+        Its name, or as on the command line: ``"bvh:builder=ploc,arity=4"``.
+    **settings
+        Its settings by key: ``builder="ploc"``, ``max_leaf_size=2``, ``resolution=(8, 8, 8)``.
+
+    Returns
+    -------
+    Built
+        ``.structure`` and ``.seconds``, in which nothing was compiled.
+
+    Raises
+    ------
+    InputError
+        For a name or a setting that there is not, or more memory than there is.
+    """
+    name, texts = parse_spec(structure)
+    kind = structure_named(name)
+    chosen = _settings_of(kind.Settings, texts, settings, f"structure {name}")
+    return experiment.build(over, kind, chosen)
+
+
+def rays(origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray | float = np.inf) -> Rays:
+    """Return rays of your own: origins and directions, (n, 3), of any length but zero.
+
+    Raises
+    ------
+    InputError
+        If shapes differ, or a number is not finite.
+    """
+    return Rays.from_arrays(np.asarray(origins), np.asarray(directions), t_max)
+
+
+def trace(
+    built: Built, through: str | Rays = "random_lines", *, threads: int = 0, **settings: Any
+) -> Traced:
+    """Trace rays through a structure.
+
+    Parameters
+    ----------
+    through : str or Rays
+        The name of a set of rays, as on the command line (``"camera:width=64,height=64"``), or
+        those of :func:`rays`.
+    threads : int
+        0 takes every core.
+    **settings
+        Those of the set of rays, by key.
+
+    Returns
+    -------
+    Traced
+        ``.hits.t`` and ``.hits.primitive``, (n,); ``.counters["N_IT"]``, (n,); ``.rays``;
+        ``.seconds``.
+
+    Raises
+    ------
+    InputError
+        For a name or a setting that there is not.
+    """
+    if isinstance(through, Rays):
+        if settings:
+            raise InputError("rays of your own have no settings")
+        return experiment.trace_rays(built, OwnRays, NoSettings(), through, threads)
+    name, texts = parse_spec(through)
+    workload = workload_named(name)
+    chosen = _settings_of(workload.Settings, texts, settings, f"rays {name}")
+    return experiment.trace(built, workload, chosen, threads)
+
+
+def walk(built: Built, traced: Traced, ray: int) -> Steps:
+    """Return what one of the rays did, event by event, recorded by the kernel that counts.
+
+    ``steps.tally()`` are the counters of that ray.
+    """
+    if not 0 <= ray < len(traced.rays):
+        raise InputError(f"there are rays 0 to {len(traced.rays) - 1}, not {ray}")
+    return built.structure.record(traced.rays, ray)
+
+
+def cells(built: Built) -> Cells:
+    """Return the cells or nodes: ``.boxes`` (n, 6), ``.depth``, ``.is_leaf``, ``.count``, ..."""
+    return built.structure.cells()
+
+
+def record(built: Built, traced: Traced | None = None) -> dict[str, Any]:
+    """Return all figures as the command line writes them as JSON."""
+    return experiment.make_record(built, traced)
+
+
+def table(*records: dict[str, Any]) -> str:
+    """Return records of traced rays as the table of the command line."""
+    return report.table(records)
+
+
+@dataclasses.dataclass(frozen=True)
+class NoSettings:
+    """None."""
+
+
+class OwnRays(Workload):
+    """Rays that a script has made."""
+
+    name = "own"
+    label = "Own"
+    summary = "Rays of a script"
+    Settings = NoSettings
+
+    @staticmethod
+    def refuse_impossible(settings: Any) -> None:
+        """Refuse nothing."""
+
+    @staticmethod
+    def make(scene: Scene, settings: Any) -> Rays:
+        """Refuse: only the script has them."""
+        raise InputError("rays of a script are made by that script")
+
+
+def _settings_of(kind: type[Any], texts: dict[str, str], values: dict[str, Any], where: str) -> Any:
+    """Return settings from texts and from values by key."""
+    settings = parse(kind, texts, where)
+    names = {key_of(field): field.name for field in dataclasses.fields(kind)}
+    unknown = [key for key in values if key not in names]
+    if unknown:
+        known = ", ".join(names) or "none"
+        raise InputError(f"{where} has no setting '{unknown[0]}'; its settings are: {known}")
+    changed = {names[key]: tuple(v) if isinstance(v, list) else v for key, v in values.items()}
+    return check(dataclasses.replace(settings, **changed), where)
+
+
+__all__ = [
+    "Built", "Cells", "InputError", "Rays", "Scene", "Steps", "Structure", "Traced", "build",
+    "cells", "load", "rays", "record", "scene", "structures", "table", "trace", "walk",
+]  # fmt: skip
