@@ -11,6 +11,10 @@ from ..geometry.box_shape import surface_area
 from ..geometry.polygons import Polygons
 from ..ranges import ranges
 
+OBJECT, DIRECTIONS, RAYS, IMAGE = "object", "directions", "ray space", "image"
+"""What cells may be parts of: the space that objects are in, the directions of rays, rays as points
+with a direction, a picture."""
+
 NEVER = np.iinfo(np.int64).max
 """A step of the building that never comes."""
 
@@ -41,6 +45,10 @@ class Cells:
         The planes that cut inner nodes, each clipped to its cell.
     areas : (n,) float64, optional
         Surface areas of cells that are not boxes.
+    parent : (n,) int32, optional
+        Number of the cell that each was divided from, -1 for roots; None if all are roots.
+    space : {OBJECT, DIRECTIONS, RAYS, IMAGE}
+        What `boxes` and polygons lie in.
     """
 
     boxes: np.ndarray
@@ -53,6 +61,8 @@ class Cells:
     planes: Polygons | None = None
     areas: np.ndarray | None = None
     divided: np.ndarray | None = None
+    parent: np.ndarray | None = None
+    space: str = OBJECT
 
     @classmethod
     def sorted_by_depth(
@@ -66,6 +76,7 @@ class Cells:
         planes: Polygons | None = None,
         areas: np.ndarray | None = None,
         divided: np.ndarray | None = None,
+        parent: np.ndarray | None = None,
     ) -> Cells:
         """Order cells numbered 0, 1, ... by depth, so that a depth range is one piece.
 
@@ -81,6 +92,7 @@ class Cells:
             faces and reowned(faces, place), planes and reowned(planes, place),
             None if areas is None else areas[order],
             None if divided is None else divided[order],
+            None if parent is None else parent[order].astype(np.int32),
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -110,10 +122,16 @@ class Cells:
         known[known] = ascending[ranks[known]] == asked[known]
         return np.unique(places[ranks[known]])
 
+    @property
+    def parents(self) -> np.ndarray:
+        """Number of the cell that each was divided from, (n,) int32; -1 for roots."""
+        return np.full(len(self), -1, np.int32) if self.parent is None else self.parent
+
     def attributes(self) -> dict[str, np.ndarray]:
         """Return the per-cell figures by name, to colour and to export."""
         return {
             "number": self.numbers,
+            "parent": self.parents,
             "depth": self.depth,
             "is_leaf": self.is_leaf,
             "count": self.count,
@@ -137,6 +155,21 @@ def when_divided(order: np.ndarray, inner: np.ndarray, children: np.ndarray) -> 
     steps = np.full(len(order), NEVER)
     steps[inner] = order[children]
     return steps
+
+
+def parents_of(count: int, inner: np.ndarray, children: np.ndarray) -> np.ndarray:
+    """Return the parent of every node, (count,) int32; -1 for roots.
+
+    Parameters
+    ----------
+    inner : (k,) int
+        Numbers of inner nodes.
+    children : (k, c) int
+        Numbers of the children of each.
+    """
+    parent = np.full(count, -1, np.int32)
+    parent[children] = inner[:, None]
+    return parent
 
 
 def reowned(polygons: Polygons, place: np.ndarray) -> Polygons:

@@ -19,7 +19,7 @@ class Linked(Protocol):
     """Knows the neighbours of its leaves."""
 
     def links(self, number: int) -> np.ndarray:
-        """Return the links of a leaf to its neighbours, to draw: (k, 2, 3), centre to centre."""
+        """Return the numbers of the cells that a leaf is linked to, (k,); none of no leaf."""
 
 
 @runtime_checkable

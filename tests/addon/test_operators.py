@@ -289,7 +289,7 @@ def test_links_of_the_leaf_at_the_cursor(
     from accelscope.core.structures import structure_named
 
     def links(structure: Any, number: int) -> np.ndarray:
-        return np.array([[[0.0, 0, 0], [1, 1, 1]]])
+        return np.array([0])
 
     monkeypatch.setattr(structure_named("octree"), "links", links)
     root.structure = "octree"
@@ -303,7 +303,7 @@ def test_links_of_the_leaf_at_the_cursor(
     assert bpy.ops.accelscope.show_links() == {"FINISHED"}
     number = int(cells.numbers[place])
     assert current.linked_leaf == number
-    assert len(overlay._overlay.layers[overlay.RAY].segments) == 12 + 5
+    assert len(overlay._overlay.layers[overlay.RAY].segments) == 12 + 12 + 5
 
     # A ray is drawn beside them.
     bpy.ops.accelscope.trace()

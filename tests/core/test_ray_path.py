@@ -177,7 +177,7 @@ def test_links_lead_from_the_leaf_to_what_is_outlined(walks):
     cells = walks[0].cells
     leaf, other = np.flatnonzero(cells.is_leaf)[[0, 7]]
     centres = 0.5 * (cells.boxes[:, :3] + cells.boxes[:, 3:])
-    links = centres[[leaf, other]][None]
+    links = cells.numbers[[other]]
     linked = type("Linked", (), {"links": staticmethod(lambda number: links)})()
     segments, colours, count = links_of(linked, cells, int(cells.numbers[leaf]))
     assert count == len(links)
@@ -185,7 +185,7 @@ def test_links_lead_from_the_leaf_to_what_is_outlined(walks):
         name: segments[(colours == getattr(ON_DARK, name)).all(axis=1)]
         for name in ("link", "linked", "leaf")
     }
-    np.testing.assert_array_equal(by_colour["link"][0], links[0])
+    np.testing.assert_array_equal(by_colour["link"][0], centres[[leaf, other]])
     for name, place in (("leaf", leaf), ("linked", other)):
         ends = by_colour[name].reshape(24, 3)
         np.testing.assert_array_equal(ends.min(axis=0), cells.boxes[place, :3])

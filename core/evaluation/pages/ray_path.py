@@ -281,17 +281,16 @@ def links_of(
     Cancelled
         From `progress`.
     """
-    links = structure.links(number)
+    progress.report(0, 1, "Finding what is linked")
+    (place,) = cells.places_of(np.array([number]))
+    linked = structure.links(number)
+    # In the order of the links, each as often as it is linked.
+    ends = np.array([cells.places_of(np.array([end]))[0] for end in linked], dtype=np.int64)
     centres = 0.5 * (cells.boxes[:, :3] + cells.boxes[:, 3:])
-    size = (cells.boxes[:, 3:] - cells.boxes[:, :3]).max(axis=1)
-    linked = []
-    for done, end in enumerate(links[:, 1]):
-        progress.report(done, len(links), "Finding what is linked")
-        is_there = (np.abs(centres - end) <= 1e-9 * size[:, None]).all(axis=1)
-        linked.append(np.flatnonzero(is_there)[:1])
+    links = np.stack([np.broadcast_to(centres[place], (len(ends), 3)), centres[ends]], axis=1)
     pieces = [
-        (wires_of(cells, np.unique(np.concatenate([[], *linked])).astype(int)), palette.linked),
-        (wires_of(cells, cells.places_of(np.array([number]))), palette.leaf),
+        (wires_of(cells, np.unique(ends)), palette.linked),
+        (wires_of(cells, np.array([place])), palette.leaf),
     ]
     drawn = [(wires.segments(), colour) for wires, colour in pieces]
     return *_coloured([*drawn, (arrows(links), palette.link)]), len(links)

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contract.cells import Cells, when_divided
+from ...contract.cells import Cells, parents_of, when_divided
 from ...contract.figures import Figure
 from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.triangle import Triangles, areas_of, triangles_of
@@ -201,10 +201,12 @@ class Bsp(Subdivision):
         faces, cuts = polygons(self.grown, tree.box, tree.shell, measures)
         order = (np.arange(len(nodes.depth)) + 1) // 2
         inner = np.flatnonzero(self.grown.link > 0)
+        below = self.grown.link[inner]
         return Cells.sorted_by_depth(
             nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count,
             {"order": order, "faces": measures.faces, "volume": measures.volumes},
-            faces, cuts, measures.areas, when_divided(order, inner, self.grown.link[inner]),
+            faces, cuts, measures.areas, when_divided(order, inner, below),
+            parents_of(len(order), inner, np.stack([below, below + 1], axis=1)),
         )  # fmt: skip
 
     def extra_statistics(self) -> dict[str, Any]:

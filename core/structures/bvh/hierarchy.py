@@ -24,6 +24,7 @@ from ...geometry.box_shape import surface_area
 from ...geometry.triangle import Triangles, triangles_of
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
+from ...ranges import ranges
 from ...scene import Scene
 from ...settings import part_of
 from .builders import BUILDERS
@@ -269,15 +270,19 @@ class BVH(Structure):
         progress.report(2, 4, text)
         extra["overlap"] = self.overlap()
         progress.report(3, 4, text)
+        width = self.width()
+        inner = np.flatnonzero(width > 0)
+        parent = np.full(len(count), -1, np.int32)
+        parent[ranges(self.arrays.first[inner], width[inner])] = np.repeat(inner, width[inner])
         if self.splits is not None:
             extra |= self.splits.of_nodes(self.arrays)
         if isinstance(volumes, Boxes):
-            return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra)
+            return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra, parent=parent)
         shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
         faces = volumes.polygons(shaped, progress)
         faces = faces._replace(owners=shaped[faces.owners])
         return Cells.sorted_by_depth(
-            boxes, depth, is_leaf, count, extra, faces=faces, areas=self.areas
+            boxes, depth, is_leaf, count, extra, faces=faces, areas=self.areas, parent=parent
         )
 
     @property

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contract.cells import Cells, planes_across, rectangles, when_divided
+from ...contract.cells import Cells, parents_of, planes_across, rectangles, when_divided
 from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.box import boxes_of
 from ...geometry.clip import POLYGON_SIZE, add_clipped_areas
@@ -206,6 +206,7 @@ class KdTree(LinkedSubdivision):
         nodes, tree, order = self.topology(), self.arrays.tree, self.order_of_making()
         axis = (tree.link & 3).astype(np.int8)
         inner = np.flatnonzero(axis != LEAF)
+        left = tree.link[inner] >> 2
         split = np.where(axis == LEAF, np.nan, tree.split)
         cut = [np.flatnonzero(axis == a) for a in range(3)]
         corners = [planes_across(nodes.boxes[cut[a]], a, split[cut[a]]) for a in range(3)]
@@ -213,7 +214,8 @@ class KdTree(LinkedSubdivision):
             nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count,
             {"axis": axis, "split": split, "order": order},
             planes=rectangles(np.concatenate(corners), np.concatenate(cut)),
-            divided=when_divided(order, inner, tree.link[inner] >> 2),
+            divided=when_divided(order, inner, left),
+            parent=parents_of(len(axis), inner, np.stack([left, left + 1], axis=1)),
         )  # fmt: skip
 
     def validate(self) -> list[str]:

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contract.cells import Cells, planes_across, rectangles, when_divided
+from ...contract.cells import Cells, parents_of, planes_across, rectangles, when_divided
 from ...contract.figures import Figure
 from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.box import boxes_of
@@ -233,6 +233,7 @@ class Octree(LinkedSubdivision):
             nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count, {"order": built.order},
             planes=planes,
             divided=when_divided(built.order, np.arange(n_inner), built.children[:, 0]),
+            parent=parents_of(len(nodes.depth), np.arange(n_inner), built.children),
         )  # fmt: skip
 
     def extra_statistics(self) -> dict[str, Any]:

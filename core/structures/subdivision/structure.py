@@ -184,17 +184,14 @@ class LinkedSubdivision(Subdivision):
     """One whose cells are boxes, so that a leaf has neighbours behind its faces."""
 
     def links(self, number: int) -> np.ndarray:
-        """Return the ropes of a leaf, to draw: (k, 2, 3), whether its walk uses them or not.
+        """Return the nodes at the ends of a leaf's ropes, whether its walk uses them or not.
 
-        Each leads from the leaf's centre to the centre of the smallest node that covers the whole
-        face: a neighbour of the same size or larger, or an inner node where the other side is
-        divided more finely. Faces in the border of the root have none, nor have inner nodes.
+        Each is the smallest node that covers the whole face: a neighbour of the same size or
+        larger, or an inner node where the other side is divided more finely. Faces in the border of
+        the root have none, nor have inner nodes.
         """
-        nodes = self.topology()
-        (index,) = np.nonzero(nodes.leaves == number)
+        (index,) = np.nonzero(self.topology().leaves == number)
         if not len(index):
-            return np.empty((0, 2, 3))
+            return np.empty(0, dtype=np.int32)
         ropes = self.ropes[index[0]]
-        behind = ropes[ropes >= 0]
-        centres = 0.5 * (nodes.boxes[:, :3] + nodes.boxes[:, 3:])
-        return np.stack([np.broadcast_to(centres[number], (len(behind), 3)), centres[behind]], 1)
+        return ropes[ropes >= 0]
