@@ -26,11 +26,7 @@ def main() -> int:
             signal.signal(number, stop)
     from .addon.command.main import main as run
 
-    code = run()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        # All is written. What is left to Python takes a moment, and has no say in the exit code.
-        signal.signal(number, signal.SIG_IGN)
-    return code
+    return run()
 
 
 if __name__ == "__main__":

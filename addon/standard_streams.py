@@ -82,9 +82,14 @@ def descriptor_of(stream: TextIO) -> int | None:
 
 
 def is_standard_output(path: str | None) -> bool:
-    """Say whether a path leads to where standard output goes, as ``/dev/stdout`` and ``-`` do."""
+    """Say whether a path leads to where standard output goes, as ``/dev/stdout`` and ``-`` do.
+
+    ``/dev/null`` by its own name never does: what goes there is among nothing else.
+    """
     if path == "-":
         return True
+    if path == os.devnull:
+        return False
     descriptor = descriptor_of(sys.stdout)
     if not isinstance(path, str) or descriptor is None:
         return False

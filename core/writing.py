@@ -119,6 +119,14 @@ def is_special(path: str | Path) -> bool:
     return not (os.path.exists(real) and os.path.samestat(os.stat(real), there))
 
 
+def is_device(path: str | Path) -> bool:
+    """Say whether `path` leads to a device, such as a terminal or /dev/null."""
+    try:
+        return stat.S_ISCHR(os.stat(path).st_mode)
+    except (OSError, ValueError):  # there is nothing, or no such name can be
+        return False
+
+
 def _beside(target: Path) -> Path:
     """Return a name in the folder of `target`, short enough wherever that one is."""
     return target.with_name(f".accelscope-{os.getpid()}-{os.urandom(4).hex()}.partial")

@@ -21,6 +21,7 @@ from ...core.reading import refuse_if_no_file
 from ...core.scene import Scene
 from ...core.settings import parse, parse_spec, without_effect
 from ...sample_scenes import make_sample, sample_and_settings
+from ..stopping import held
 from .output import CannotPrint
 
 if TYPE_CHECKING:
@@ -189,7 +190,8 @@ def open_scene(argument: str) -> Scene:
     if argument.lower().endswith(".blend"):
         refuse_if_no_file(argument)
         try:
-            import bpy  # noqa: F401  only to see whether it is there
+            with held():
+                import bpy  # noqa: F401  only to see whether it is there
         except ImportError:
             raise InputError(
                 f"reading {argument} needs Blender; install it with: "

@@ -24,12 +24,12 @@ from ..standard_streams import (
     path_of,
     reopen_closed_streams,
 )
+from ..stopping import Stops
 from . import animate as command_animate
 from . import efficiency as command_efficiency
 from . import evaluate as command_evaluate
 from .arguments import SPECS, Parser
 from .output import NOTHING, CannotPrint, complain, print_result, reason_told
-from .stopping import stopped_by_signals
 
 OUTPUTS = "json", "csv", "hits"
 """Options that name a file to write."""
@@ -87,6 +87,7 @@ def main(
         sys.stdout.reconfigure(errors="backslashreplace")
     until_exit = argv is None if until_exit is None else until_exit
     output = sys.stdout
+    stops = Stops()
     with contextlib.ExitStack() as stack:
         try:
             arguments = make_parser().parse_args(argv)
@@ -109,7 +110,8 @@ def main(
             # By its own name, standard output is where others print now.
             for name in outputs:
                 setattr(arguments, name, "-" if name == "json" else path_of(output))
-            stack.enter_context(stopped_by_signals())
+            arguments.stops = stops
+            stack.enter_context(stops.told(until_exit=until_exit))
             return arguments.run(arguments, open_file)
         except SystemExit as stop:  # argparse has printed the help
             return int(stop.code or 0)
@@ -122,7 +124,8 @@ def main(
                 return 0
             complain(f"cannot print: {error.__cause__}")
         except Exception as error:  # a defect, too, is told, and ends in the same way
-            complain(reason_told(error))
+            # A module that was imported when the stop came may have made another error of it.
+            complain("stopped" if stops.is_asked else reason_told(error))
     return NOTHING
 
 

@@ -20,8 +20,8 @@ from ...core.errors import InputError, reason_of
 from ...core.printing import print_lines, print_traceback
 from ...core.progress import SILENT, Progress, TerminalProgress
 from ...core.scene import Scene
-from ...core.writing import is_special, refuse_unwritable
-from .stopping import stopped_afterwards
+from ...core.writing import is_device, is_special, refuse_unwritable
+from ..stopping import Stops
 
 SOME_MISSING, NOTHING = 1, 2
 """Exit codes: something was measured and something was not, and nothing was."""
@@ -119,8 +119,23 @@ def print_result(arguments: argparse.Namespace, text: str) -> None:
 
 
 def progress_of(arguments: argparse.Namespace) -> Progress:
-    """Return what shows the progress, unless all is to be quiet."""
-    return SILENT if arguments.quiet else TerminalProgress()
+    """Return what shows the progress, unless all is to be quiet, and heeds stops."""
+    return StoppedProgress(SILENT if arguments.quiet else TerminalProgress(), arguments.stops)
+
+
+class StoppedProgress(Progress):
+    """Progress that raises KeyboardInterrupt for a stop that was lost."""
+
+    def __init__(self, shown: Progress, stops: Stops) -> None:
+        self._shown, self._stops = shown, stops
+
+    def report(self, done: float, total: float, text: str) -> None:
+        self._stops.heed()
+        self._shown.report(done, total, text)
+
+    def announce(self, text: str) -> None:
+        self._stops.heed()
+        self._shown.announce(text)
 
 
 # ------------------------------------------------------------------------------- what is written
@@ -167,7 +182,14 @@ class Results:
         self._started, self._writing = time.monotonic(), 0.0
 
     def keep(self) -> None:
-        """Write the files of what there is so far, if that takes little of the time."""
+        """Write the files of what there is so far, if that takes little of the time.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            For a stop that was lost.
+        """
+        self._arguments.stops.heed()
         started = time.monotonic()
         allowed = max(WRITING * (started - self._started), A_LITTLE)
         if not self.measured or self._writing > allowed:
@@ -204,7 +226,13 @@ class Results:
         """Print why something is missing, and return that without `where`.
 
         A defect is printed as :func:`reason_told` does.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If the reason is a stop.
         """
+        self._arguments.stops.heed()
         reason = reason_told(error)
         complain(reason if self._expected == 1 else f"{where}: {reason}")
         self._is_all_there = False
@@ -231,10 +259,10 @@ class Results:
         if not self.measured:
             return False
         stopped = isinstance(error, KeyboardInterrupt)
-        if stopped:
-            complain(f"stopped; {self.measured} of {self._expected} records were measured")
-            self._is_all_there = False
-        with stopped_afterwards():
+        with self._arguments.stops.waiting():
+            if stopped:
+                complain(f"stopped; {self.measured} of {self._expected} records were measured")
+                self._is_all_there = False
             self._write()
         return stopped
 
@@ -309,12 +337,17 @@ def refuse_bad_outputs(
 
 
 def refuse_to_overwrite(inputs: Sequence[str], outputs: Sequence[Path]) -> None:
-    """Raise InputError if an output is one of the inputs, or two outputs are one file."""
+    """Raise InputError if an output is one of the inputs, or two outputs are one file.
+
+    A device such as /dev/null keeps nothing that could be overwritten.
+    """
     taken: dict[str, str] = {}
     for given in inputs:
         # Files of rays may begin with ~; a file of that name may be meant, too.
         taken |= {real_path(given): given, real_path(os.path.expanduser(given)): given}
     for path in outputs:
+        if is_device(path):
+            continue
         real = real_path(path)
         if real in taken:
             raise InputError(

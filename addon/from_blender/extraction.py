@@ -24,6 +24,7 @@ from ...core.progress import SILENT, Progress
 from ...core.reading import refuse_if_no_file
 from ...core.scene import Scene
 from ..standard_streams import others_kept_silent
+from ..stopping import held
 from .fingerprint import hash_of
 from .mesh_check import (
     corner_vertices,
@@ -241,7 +242,7 @@ def extract(context: bpy.types.Context, scope: str) -> Scene:
         When there is no triangle that a ray could hit, or too many for the memory, or a mesh is
         invalid.
     """
-    with others_kept_silent():
+    with held(), others_kept_silent():
         raw = RawScene.at(context, scope)
     return raw.view.onto(raw.shape())
 
@@ -263,7 +264,7 @@ def load_blend(path: str | Path) -> Scene:
     refuse_if_no_file(path)
     try:
         # No scripts: a file to be measured is not trusted to run anything. That is in the notes.
-        with others_kept_silent(), invalid_meshes_emptied() as faults:
+        with held(), others_kept_silent(), invalid_meshes_emptied() as faults:
             bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
             refuse_if_evaluated(bpy.context.evaluated_depsgraph_get(), faults)
     except RuntimeError as error:

@@ -13,6 +13,7 @@ from ...core.errors import InputError
 from ...core.progress import Progress
 from ...core.scene import Scene
 from ..standard_streams import others_kept_silent
+from ..stopping import held
 from .snapshot import Look, Taken
 
 PATIENCE = 0.1  # seconds between two looks at whether the work was cancelled
@@ -49,7 +50,7 @@ def scene_at(context: bpy.types.Context, scope: str, number: int) -> Scene:
     InputError
         When there is no triangle that a ray could hit, or a mesh is invalid.
     """
-    with others_kept_silent():
+    with held(), others_kept_silent():
         taken = taken_at(context, scope, number)
     return taken.snapshot().scene
 

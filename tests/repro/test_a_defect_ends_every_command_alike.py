@@ -2,7 +2,7 @@
 
 import pytest
 from accelscope.addon import command
-from accelscope.core.evaluation import animation
+from accelscope.core.evaluation.records import animation
 
 LINE = "accelscope: error: a defect of AccelScope: ZeroDivisionError: a defect"
 

@@ -17,7 +17,7 @@ SMALL = "evaluate sample:tetra:depth=1 --structure naive --rays random_lines:cou
 NOISY = """
 import ctypes, os, sys
 from accelscope.addon.command.main import main
-from accelscope.core.evaluation import experiment
+from accelscope.core.evaluation.records import experiment
 build = experiment.build
 def noisy_build(*arguments):
     for descriptor in (1, 2):

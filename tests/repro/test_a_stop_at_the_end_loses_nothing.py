@@ -7,7 +7,9 @@ import subprocess
 import sys
 
 import pytest
-from accelscope.core.evaluation import report
+from accelscope.addon import stopping
+from accelscope.core.evaluation.records import report
+from accelscope.core.evaluation.records.experiment import SCHEMA
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
 
@@ -31,16 +33,19 @@ def stopped_while_writing(monkeypatch):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_the_first_one_waits(run, stopped_while_writing, tmp_path, number):
+@pytest.mark.parametrize("count", [1, 3])
+def test_the_first_one_waits(run, stopped_while_writing, tmp_path, number, count):
+    """So do those that come with it: as from timeout, which tells the group of a process, too."""
     # To standard output, which is written at the end alone.
-    stopped_while_writing(number, 1)
+    stopped_while_writing(number, count)
     outcome = run(*SMALL, "--json", "-", "--csv", tmp_path / "a.csv")
     assert (outcome.code, outcome.err) == (0, "")
     assert len(outcome.records) == 1
     assert (tmp_path / "a.csv").exists()
 
 
-def test_the_second_one_does_not(run, stopped_while_writing):
+def test_the_second_one_does_not(run, stopped_while_writing, monkeypatch):
+    monkeypatch.setattr(stopping, "SAME", 0.0)
     stopped_while_writing(signal.SIGINT, 2)
     outcome = run(*SMALL, "--json", "-")
     assert (outcome.code, outcome.out, outcome.err) == (2, "", "accelscope: error: stopped\n")
@@ -56,4 +61,4 @@ def test_a_command_that_is_over_has_its_own_exit_code():
         capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
-    assert json.loads(done.stdout)["schema"] == "accelscope/1"
+    assert json.loads(done.stdout)["schema"] == SCHEMA

@@ -14,6 +14,7 @@ from types import SimpleNamespace
 
 import pytest
 from accelscope.addon.command import output as command_output
+from accelscope.addon.stopping import Stops
 from accelscope.core.evaluation.records import experiment
 
 TETRA = "sample:tetra:depth=1"
@@ -155,7 +156,7 @@ def test_what_there_is_so_far_is_not_written_all_the_time(monkeypatch, tmp_path)
         written.append(now[0])
         now[0] += 0.5
 
-    options = argparse.Namespace(json=None, csv=None, pictures="p", quiet=True)
+    options = argparse.Namespace(json=None, csv=None, pictures="p", quiet=True, stops=Stops())
     results = command_output.Results(options, str, 100, write_page)
     results.keep()
     assert written == []

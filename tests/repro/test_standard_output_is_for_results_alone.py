@@ -66,7 +66,7 @@ def test_quiet_is_quiet_without_json_too(blend):
 NOISY = """
 import atexit, ctypes, sys
 from accelscope.addon.command.main import main
-from accelscope.core.evaluation import experiment
+from accelscope.core.evaluation.records import experiment
 libc = ctypes.CDLL(None)
 
 def chatter():
