@@ -3,8 +3,9 @@
 A signal is told to whatever Python happens to run, and a KeyboardInterrupt there may come to harm:
 Blender crashes if one is raised while it is imported, Blender and C libraries print what is raised
 in a function that they call, and go on, and a module that is being imported may make an ImportError
-of it. So stops wait while Blender is at work (:func:`held`), and one that was lost elsewhere is
-raised again (:meth:`Stops.heed`).
+of it. Python's own locks, released by whoever has lost them, fail in other threads. So stops wait
+while Blender is at work (:func:`held`), none is raised among locks, and one that was not raised
+there, or was lost elsewhere, is raised by whatever looks next (:meth:`Stops.heed`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
+from types import FrameType
 from typing import Any
 
 SIGNALS = signal.SIGINT, signal.SIGTERM
@@ -22,6 +24,9 @@ SIGNALS = signal.SIGINT, signal.SIGTERM
 SAME = 1.0
 """Seconds in which further signals are the same stop: ``timeout`` sends one to the process and one
 to its group, and a hand in a hurry presses twice."""
+
+LOCKING = {"threading", "concurrent.futures.thread", "concurrent.futures._base"}
+"""Modules that lock something for a moment; who waits for them looks several times a second."""
 
 Handlers = dict[signal.Signals, Any]
 
@@ -71,7 +76,7 @@ class Stops:
             exec("")
 
     def heed(self) -> None:
-        """Raise what a signal has raised before, since that has not ended the run.
+        """Raise KeyboardInterrupt if a signal was heard that has not ended the run.
 
         Raises
         ------
@@ -93,7 +98,7 @@ class Stops:
         finally:
             self._passed_over = math.inf
 
-    def _hear(self, number: int, frame: Any) -> None:
+    def _hear(self, number: int, frame: FrameType | None) -> None:
         """Stop what is running, unless this is to be passed over."""
         now = time.monotonic()
         if now - self._heard < SAME:
@@ -102,8 +107,19 @@ class Stops:
         if self._passed_over:
             self._passed_over -= 1
             return
-        self.is_asked = True
-        raise KeyboardInterrupt
+        is_first, self.is_asked = not self.is_asked, True
+        # A second one is not for waiting any longer.
+        if not (is_first and _is_among_locks(frame)):
+            raise KeyboardInterrupt
+
+
+def _is_among_locks(frame: FrameType | None) -> bool:
+    """Say whether a function of LOCKING is running, or has called what is."""
+    while frame is not None:
+        if frame.f_globals.get("__name__") in LOCKING:
+            return True
+        frame = frame.f_back
+    return False
 
 
 @contextlib.contextmanager
