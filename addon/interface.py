@@ -53,7 +53,7 @@ def scene(triangles: np.ndarray, name: str = "triangles") -> Scene:
     return Scene.from_triangles(np.asarray(triangles, dtype=np.float64), name)
 
 
-def build(over: Scene, structure: str = "bvh", **settings: Any) -> Built:
+def build(over: Scene, structure: str = "bvh", *, log: bool = False, **settings: Any) -> Built:
     """Build a structure.
 
     Parameters
@@ -61,6 +61,9 @@ def build(over: Scene, structure: str = "bvh", **settings: Any) -> Built:
     over : Scene
     structure : str
         Its name, or as on the command line: ``"bvh:builder=ploc,arity=4"``.
+    log : bool
+        Keep how it is built: ``.structure.build_log`` then has all events as arrays, and cells have
+        the steps in which they were made.
     **settings
         Its settings by key: ``builder="ploc"``, ``max_leaf_size=2``, ``resolution=(8, 8, 8)``.
 
@@ -77,7 +80,7 @@ def build(over: Scene, structure: str = "bvh", **settings: Any) -> Built:
     name, texts = parse_spec(structure)
     kind = structure_named(name)
     chosen = _settings_of(kind.Settings, texts, settings, f"structure {name}")
-    return experiment.build(over, kind, chosen)
+    return experiment.build(over, kind, chosen, log=log)
 
 
 def rays(origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray | float = np.inf) -> Rays:

@@ -47,7 +47,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
 
         def work(progress: Progress) -> Outcome:
             snapshot = taken.snapshot(progress)
-            built = build(snapshot.scene, structure, settings, progress)
+            built = build(snapshot.scene, structure, settings, progress, log=True)
             return Outcome.of(snapshot, built, progress)
 
         return work

@@ -7,8 +7,9 @@ from typing import Any
 import bpy
 
 from ..addon.drawing import overlay, selection
+from ..addon.drawing.drawable import Drawable
 from ..addon.results import session
-from ..addon.settings import choices, properties
+from ..addon.settings import properties
 from .base import SidebarPanel, draw_range, draw_wrapped
 
 RAMP_TEXTS = {
@@ -16,6 +17,15 @@ RAMP_TEXTS = {
     "count": "1 to {} primitives",
     "order": "build step 0 to {}",
 }
+
+
+def what_is_not_there(drawable: Drawable) -> str:
+    """Say why there are no planes to draw or no steps to replay; "" if there are."""
+    if drawable.extent.last_step is None:
+        return "Planes and Replay: not of cells that were made at once, or refitted"
+    if drawable.cells.planes is None:
+        return "Planes: these cells are joined or rearranged, not cut by planes"
+    return ""
 
 
 class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
@@ -52,9 +62,7 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
         step = row.row()
         step.active = display.replay
         draw_range(step, display, "step", "")
-        if drawable is not None and drawable.n_planes == 0 and drawable.extent.last_step is None:
-            labels = [each.label for each in choices.structures_cut_by_planes()]
-            text = f"Planes and Replay: of {', '.join(labels)}"
+        if drawable is not None and (text := what_is_not_there(drawable)):
             draw_wrapped(layout, text, "INFO", context.region.width)
         column = layout.column()
         column.prop(display, "colour_by")

@@ -182,7 +182,10 @@ class Batch:
 
         where = f"{scene.name}, {structure_type.name}"
         built, reason = self.results.attempt(
-            where, lambda: build(scene, structure_type, settings, self.progress)
+            where,
+            lambda: build(
+                scene, structure_type, settings, self.progress, log=self.gallery is not None
+            ),
         )
         if built is None:
             self.add_failure(scene, structure_type, settings, [reason] * len(self.workloads))

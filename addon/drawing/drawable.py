@@ -41,7 +41,7 @@ class Lines(NamedTuple):
     Attributes
     ----------
     ends, steps : (rows, TEXTURE_WIDTH, 4) float32
-        Two texels for each shape, and one: the steps in which it is made and divided. Where nobody
+        Two texels for each shape, and one: the steps in which it is made and replaced. Where nobody
         knows those, only as large as it must be.
     starts : (n + 1,) int64
         Shapes of item i (a cell or a plane) are starts[i] ... starts[i + 1] - 1.
@@ -74,10 +74,10 @@ class Faces(NamedTuple):
 
 
 class Steps(NamedTuple):
-    """When cells are made and divided, (n,) int64 each; all 0 where nobody knows."""
+    """When cells are made and replaced, (n,) int64 each; all 0 where nobody knows."""
 
     made: np.ndarray
-    divided: np.ndarray
+    replaced: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,8 @@ class Drawable:
     n_shaped, n_planes, n_empty : int
         How many cells in the sections are drawn in their shape; how many planes and empty leaves
         there are.
-    made, made_empty, divided : Tally or None
-        Cells that are no empty leaves, those that are, and divided ones, by depth and step; None
+    made, made_empty, replaced : Tally or None
+        Cells that are no empty leaves, those that are, and replaced ones, by depth and step; None
         where nobody knows the steps.
     """
 
@@ -119,19 +119,19 @@ class Drawable:
     n_empty: int
     made: Tally | None = None
     made_empty: Tally | None = None
-    divided: Tally | None = None
+    replaced: Tally | None = None
 
     def wanted(self, display: Any) -> int:
         """Return how many of the cells the display settings let through."""
         step = selection.step_shown(self.extent, display)
-        if step is None or self.made is None or self.made_empty is None or self.divided is None:
+        if step is None or self.made is None or self.made_empty is None or self.replaced is None:
             return sum(last - first for first, last in selection.runs(self.sections, display))
         asked = display.depth_min, display.depth_max, step
         wanted = self.made.total(*asked)
         if not display.hide_empty:
             wanted += self.made_empty.total(*asked)
         if display.leaves_only:
-            wanted -= self.divided.total(*asked)
+            wanted -= self.replaced.total(*asked)
         return int(wanted)
 
 
@@ -153,12 +153,12 @@ def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
     cells.sort_numbers()
     progress.report(0, 1, "Preparing the picture")
     tallies: tuple[Tally, ...] = ()
-    if cells.divided is not None:
-        inner = cells.divided < NEVER
+    if cells.replaced is not None:
+        goes = cells.replaced < NEVER
         tallies = tuple(
             Tally(cells.depth[some], when[some])
             for some, when in ((~is_empty, steps.made), (is_empty, steps.made),
-                               (inner, steps.divided))
+                               (goes, steps.replaced))
         )  # fmt: skip
     return Drawable(
         cells, extent, sections, _surface_of(cells),
@@ -173,11 +173,11 @@ def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
 
 
 def steps_of(cells: Cells) -> Steps:
-    """Return when each cell is made and divided."""
-    if cells.divided is None:
+    """Return when each cell is made and replaced."""
+    if cells.replaced is None:
         nothing = np.zeros(len(cells), dtype=np.int64)
         return Steps(nothing, nothing)
-    return Steps(cells.extra["order"].astype(np.int64), np.minimum(cells.divided, NEVER))
+    return Steps(cells.extra["order"].astype(np.int64), np.minimum(cells.replaced, NEVER))
 
 
 def _surface_of(cells: Cells) -> float:
@@ -224,7 +224,7 @@ def plane_lines(cells: Cells, planes: Polygons | None, steps: Steps) -> Lines:
         return _lines(cells, np.empty((0, 2, 3)), np.empty(0, np.int64), steps, np.zeros(1, int))
     wires = outlines_of(planes)
     # A plane is there from the step on that divides its cell, and is divided by none.
-    there = Steps(steps.divided, np.full(len(cells), NEVER))
+    there = Steps(steps.replaced, np.full(len(cells), NEVER))
     ends, owners = wires.segments(), wires.edge_owners()
     return _lines(cells, ends, owners, there, planes.offsets, of_cells=False)
 
@@ -242,11 +242,11 @@ def _lines(
     texels[:, :, :3] = ends
     texels[:, 0, 3] = cells.depth[owners]
     texels[:, 1, 3] = np.where(cells.is_leaf, cells.count, -1)[owners] if of_cells else -1
-    if cells.divided is None:
+    if cells.replaced is None:
         when = np.zeros((1, 4), dtype=np.float32)
     else:
         when = np.zeros((len(owners), 4), dtype=np.float32)
-        when[:, 0], when[:, 1] = steps.made[owners], steps.divided[owners]
+        when[:, 0], when[:, 1] = steps.made[owners], steps.replaced[owners]
     return Lines(in_rows(texels), in_rows(when), starts)
 
 
@@ -262,7 +262,7 @@ def plane_faces(cells: Cells, planes: Polygons | None, steps: Steps) -> Faces:
         triangles, owners = triangles_of(planes)
         per_plane = np.maximum(np.diff(planes.offsets) - 2, 0)
         starts, depth = np.concatenate([[0], np.cumsum(per_plane)]), cells.depth[planes.owners]
-    return _faces(triangles, cells.depth[owners], steps.divided[owners], starts, depth)
+    return _faces(triangles, cells.depth[owners], steps.replaced[owners], starts, depth)
 
 
 def cell_faces(cells: Cells, places: np.ndarray, steps: Steps) -> Faces:

@@ -6,7 +6,7 @@ portable (Metal and Vulkan have none): every edge is a rectangle, made in the ve
 the viewer, with an edge that fades over one pixel instead of stairs.
 
 A second texture holds the steps of the building: in which one each cell was made, and in which it
-was divided. So a part of the building is shown without uploading anything.
+was replaced. So a part of the building is shown without uploading anything.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ void main()
   }
   line_colour = vec4(1.0, 1.0, 1.0, opacity);
   if (coloured_by == BY_ORDER || shown_step >= 0) {
-    // When the cell was made, and when it was divided.
+    // When the cell was made, and when it was replaced.
     vec4 when = TEXEL(steps, item);
     if (coloured_by == BY_ORDER) {
       fraction = when.x / maximum;

@@ -66,7 +66,7 @@ def extent_of(cells: Cells) -> Extent:
     starts = np.flatnonzero(np.diff(cells.depth, prepend=-1))
     depths = cells.depth[starts]
     last_step, first_steps = None, np.zeros(len(starts), dtype=np.int64)
-    if len(cells) and cells.divided is not None:
+    if len(cells) and cells.replaced is not None:
         order = cells.extra["order"]
         last_step, first_steps = int(order.max()), np.minimum.reduceat(order, starts)
     deepest, largest = (int(values.max(initial=0)) for values in (depths, cells.count))
@@ -193,9 +193,9 @@ def visible(cells: Cells, display: Any) -> np.ndarray:
     """Return which cells the display settings let through, (n,) bool."""
     shown = (cells.depth >= display.depth_min) & (cells.depth <= display.depth_max)
     is_leaf = cells.is_leaf
-    if display.replay and cells.divided is not None:
+    if display.replay and cells.replaced is not None:
         shown &= cells.extra["order"] <= display.step
-        is_leaf = cells.divided > display.step  # not divided yet
+        is_leaf = cells.replaced > display.step  # not replaced yet
     if display.leaves_only:
         shown &= is_leaf
     if display.hide_empty:

@@ -14,13 +14,6 @@ def structure_chosen(root: Any) -> Any:
     return structure_named(root.structure)
 
 
-def structures_cut_by_planes() -> list[Any]:
-    """Return the structures whose planes can be drawn, and whose building can be replayed."""
-    from ...core.structures import structures
-
-    return [each for each in structures().values() if each.is_cut_by_planes]
-
-
 def structure_and_settings(root: Any) -> tuple[type, Any]:
     """Return the chosen structure and its settings.
 

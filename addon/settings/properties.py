@@ -30,7 +30,10 @@ from .ranges import range_properties
 COLOURINGS = {
     "depth": ("Depth", "From the root to the deepest cell"),
     "count": ("Count", "By the number of primitives in the leaf"),
-    "order": ("Build Step", "By the step of the building that made the cell, if that is known"),
+    "order": (
+        "Build Step",
+        "By the step of the building that made the cell, where it was built in steps",
+    ),
 }
 
 _loaded: list[type] = []
@@ -152,7 +155,7 @@ def _display_properties() -> dict[str, Any]:
         ),
         **range_properties(
             "step", _last_step, label="Build Step",
-            description="Step of the building; the cells it made are white. Step 0 is the root",
+            description="Step of the building; cells it made are white. Step 0 is the beginning",
             update=_redraw,
         ),
         "opacity": FloatProperty(

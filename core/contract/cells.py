@@ -35,10 +35,11 @@ class Cells:
         Primitives in a leaf; 0 for inner nodes.
     extra : dict of str to (n,) array
         Figures of this structure's cells only, by name. ``order`` is the step of the building in
-        which a cell was made, 0 for the root.
-    divided : (n,) int64, optional
-        The step in which a cell was divided, which is that in which its children were made; NEVER
-        for leaves. Given by structures that know the ``order``.
+        which a cell was made.
+    replaced : (n,) int64, optional
+        The step of the building in which others took the place of a cell: its children where it
+        was divided, that of which it became a child where it was merged; NEVER for those that stay.
+        It and ``order`` are there if the build was asked for a log (:mod:`.build_log`).
     faces : Polygons, optional
         Of cells that are not boxes. Cells behind the last owner are drawn as their boxes.
     planes : Polygons, optional
@@ -60,7 +61,7 @@ class Cells:
     faces: Polygons | None = None
     planes: Polygons | None = None
     areas: np.ndarray | None = None
-    divided: np.ndarray | None = None
+    replaced: np.ndarray | None = None
     parent: np.ndarray | None = None
     space: str = OBJECT
 
@@ -75,7 +76,7 @@ class Cells:
         faces: Polygons | None = None,
         planes: Polygons | None = None,
         areas: np.ndarray | None = None,
-        divided: np.ndarray | None = None,
+        replaced: np.ndarray | None = None,
         parent: np.ndarray | None = None,
     ) -> Cells:
         """Order cells numbered 0, 1, ... by depth, so that a depth range is one piece.
@@ -91,7 +92,7 @@ class Cells:
             {name: values[order] for name, values in (extra or {}).items()},
             faces and reowned(faces, place), planes and reowned(planes, place),
             None if areas is None else areas[order],
-            None if divided is None else divided[order],
+            None if replaced is None else replaced[order],
             None if parent is None else parent[order].astype(np.int32),
         )  # fmt: skip
 
@@ -138,23 +139,6 @@ class Cells:
             "area": surface_area(self.boxes) if self.areas is None else self.areas,
             **self.extra,
         }
-
-
-def when_divided(order: np.ndarray, inner: np.ndarray, children: np.ndarray) -> np.ndarray:
-    """Return the step in which each cell was divided, (n,) int64, see :class:`Cells`.
-
-    Parameters
-    ----------
-    order : (n,) int
-        The step in which each cell was made.
-    inner : (k,) int
-        Numbers of the inner nodes.
-    children : (k,) int
-        Number of one child of each; all of them were made in the same step.
-    """
-    steps = np.full(len(order), NEVER)
-    steps[inner] = order[children]
-    return steps
 
 
 def parents_of(count: int, inner: np.ndarray, children: np.ndarray) -> np.ndarray:

@@ -12,7 +12,8 @@ A technique is one module in this folder with
 from __future__ import annotations
 
 import abc
-from collections.abc import Iterator
+import functools
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -27,6 +28,7 @@ from ..parallel import Spare, for_chunks
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
+from .build_log import BuildLog
 from .cells import Cells
 from .counters import Counter, Counts
 from .events import Log, make_log
@@ -199,14 +201,30 @@ class Structure(abc.ABC):
     needs: ClassVar[frozenset[str]] = frozenset({GEOMETRY})
     BYTES_PER_TRIANGLE: ClassVar[int] = 80
     """Memory at the peak of a build; by default a copy of the triangles."""
-    is_cut_by_planes: ClassVar[bool] = False
-    """Whether :meth:`cells` come with planes, and with the steps in which those were chosen."""
 
-    def __init__(self, scene: Scene, settings: Any, arrays: Any, triangles: Triangles) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        settings: Any,
+        arrays: Any,
+        triangles: Triangles,
+        log: Callable[[Any], BuildLog] | None = None,
+    ) -> None:
         self.scene = scene
         self.settings = settings
         self.arrays = arrays
         self.triangles = triangles
+        self._log = log
+
+    @functools.cached_property
+    def build_log(self) -> BuildLog | None:
+        """What the builder did, if the build was asked for a log, and if this kind keeps one.
+
+        What the builder has noted is put together when it is first looked at, so that the time of
+        a build is that of the building.
+        """
+        log, self._log = self._log, None  # what it holds is not needed any more
+        return None if log is None else log(self)
 
     @property
     def has_mailbox(self) -> bool:
@@ -230,8 +248,16 @@ class Structure(abc.ABC):
 
     @classmethod
     @abc.abstractmethod
-    def build(cls, scene: Scene, settings: Any, progress: Progress = SILENT) -> Structure:
+    def build(
+        cls, scene: Scene, settings: Any, progress: Progress = SILENT, *, log: bool = False
+    ) -> Structure:
         """Build the structure over a scene.
+
+        Parameters
+        ----------
+        log : bool
+            Keep what it takes to tell how it was built (:attr:`build_log`). Without it, nothing of
+            that is kept, and cells have no steps.
 
         Raises
         ------

@@ -90,7 +90,7 @@ def drawn_levels(bvh: BVH, progress: Progress) -> list[DrawnLevel]:
     make_rule, order = rules(Primitives(scene.triangles, boxes_of(scene.triangles)), bvh.settings)
     tree, splits = room_for(len(order))
     nodes = []
-    for level in parallel_sah.levels_of(make_rule, tree, splits, progress):
+    for level in parallel_sah.levels_of(make_rule, len(order), tree, splits, progress):
         queue, output = level.queue[: MOST_SLOTS // 2], level.output[:MOST_SLOTS]
         n_children = int((output[:, parallel_sah.NODE] != parallel_sah.EMPTY).sum())
         kept = queue, output, level.compacted[:n_children]

@@ -368,7 +368,9 @@ class MacroGrid(Grid):
         return MAPS[settings.regions]
 
     @classmethod
-    def build(cls, scene: Scene, settings: GridSettings, progress: Progress = SILENT) -> MacroGrid:
+    def build(
+        cls, scene: Scene, settings: GridSettings, progress: Progress = SILENT, *, log: bool = False
+    ) -> MacroGrid:
         """Fill the cells of the grid, then measure their distances."""
         assert isinstance(settings, MacroGridSettings)
         grid, triangles = cls.fill(scene, settings, progress)

@@ -63,7 +63,14 @@ class Naive(Structure):
     triangles: Triangles
 
     @classmethod
-    def build(cls, scene: Scene, settings: NaiveSettings, progress: Progress = SILENT) -> Naive:
+    def build(
+        cls,
+        scene: Scene,
+        settings: NaiveSettings,
+        progress: Progress = SILENT,
+        *,
+        log: bool = False,
+    ) -> Naive:
         """Wrap the scene; there is nothing to build."""
         cls.refuse_too_large(scene, settings)
         box = np.concatenate([scene.lower, scene.upper])[None]

@@ -171,7 +171,12 @@ class SortedVolumes(Structure):
 
     @classmethod
     def build(
-        cls, scene: Scene, settings: SortedVolumesSettings, progress: Progress = SILENT
+        cls,
+        scene: Scene,
+        settings: SortedVolumesSettings,
+        progress: Progress = SILENT,
+        *,
+        log: bool = False,
     ) -> SortedVolumes:
         """Put the triangles of an object together and a volume around them."""
         cls.refuse_too_large(scene, settings)

@@ -209,7 +209,7 @@ def test_polyhedra_are_baked_as_such():
 
 def test_a_part_of_the_building_is_baked(cells):
     order = np.arange(len(cells), dtype=np.int32)
-    cells = dataclasses.replace(cells, extra={"order": order}, divided=np.full(len(cells), NEVER))
+    cells = dataclasses.replace(cells, extra={"order": order}, replaced=np.full(len(cells), NEVER))
     made = baked(bpy.context, cells, display(replay=True, step=9), "bvh")
     numbers = read(made.data.attributes["number"].data, "value", dtype=np.int32)[::8]
     np.testing.assert_array_equal(numbers, cells.numbers[:10])

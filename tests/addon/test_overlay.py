@@ -690,7 +690,7 @@ def replayed_cells():
         np.array([False, False, False, True, True, True, True]),
         np.array([0, 0, 0, 5, 2, 2, 2]),
         {"order": np.concatenate([order, order[:3] + 4])},
-        divided=np.concatenate([order[:3] + 4, np.full(4, NEVER)]),
+        replaced=np.concatenate([order[:3] + 4, np.full(4, NEVER)]),
     )
 
 

@@ -341,8 +341,8 @@ def lab():
 def build():
     """Build a structure by name and settings text over a scene."""
 
-    def build_one(name, scene, text=""):
+    def build_one(name, scene, text="", **more):
         structure = structures()[name]
-        return structure.build(scene, settings_of(structure, text))
+        return structure.build(scene, settings_of(structure, text), **more)
 
     return build_one

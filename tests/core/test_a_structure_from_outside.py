@@ -88,7 +88,7 @@ class Halves(Structure):
     FIGURES = *OF_CELLS, Figure("gap", "distance of the boxes", "Gap", column="gap"), *COST_OF_CELLS
 
     @classmethod
-    def build(cls, scene, settings, progress=None):
+    def build(cls, scene, settings, progress=None, *, log=False):
         """Sort by x and cut."""
         order = np.argsort(scene.triangles[:, :, 0].mean(axis=1), kind="stable")
         cut = min(max(int(settings.share * len(order)), 1), len(order) - 1)

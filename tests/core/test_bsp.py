@@ -24,9 +24,8 @@ WALKS = ("recursive", "march", "segments", "heap")
 @functools.cache
 def tree_of(lab, scene_name, text):
     structure = structures()["bsp"]
-    return structure.build(
-        lab.small_scene(scene_name), lab.settings_of(structure, f"{text},max_leaf_size=2")
-    )
+    settings = lab.settings_of(structure, f"{text},max_leaf_size=2")
+    return structure.build(lab.small_scene(scene_name), settings, log=True)
 
 
 def walked(tree, walk, mailbox=False):
@@ -500,6 +499,6 @@ def test_damage_is_found(lab, build):
 def test_the_building_is_replayed_in_the_order_of_the_settings(lab, build):
     scene = lab.small_scene("soup")
     for order, level_by_level in (("fifo", True), ("depth_first", False)):
-        cells = build("bsp", scene, f"order={order}").cells()
+        cells = build("bsp", scene, f"order={order}", log=True).cells()
         depth = cells.depth[np.argsort(cells.extra["order"], kind="stable")]
         assert (np.diff(depth) >= 0).all() == level_by_level

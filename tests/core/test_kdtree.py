@@ -89,7 +89,7 @@ def test_threads_and_subtrees_change_nothing(build, monkeypatch):
     settings = kdtree.KdTreeSettings(max_leaf_size=2)
     triangles = build("kdtree", scene).triangles
     for threads in (1, 2, 5):
-        tree, _ = kdtree.build_tree(triangles, whole.box, settings, SILENT, threads)
+        tree, _, _ = kdtree.build_tree(triangles, whole.box, settings, SILENT, threads)
         for a, b in zip(whole, tree):
             assert np.array_equal(a, b)
     for rule in ("longest", "object_median"):
@@ -477,7 +477,8 @@ def simulated_order(tree, order):
 @pytest.mark.parametrize("planes", ["cyclic", "sah"])
 def test_cells_tell_the_order_of_making(lab, build, order, budget, planes):
     scene = lab.small_scene("suzanne")
-    tree = build("kdtree", scene, f"planes={planes},order={order},budget={budget},max_depth=9")
+    text = f"planes={planes},order={order},budget={budget},max_depth=9"
+    tree = build("kdtree", scene, text, log=True)
     cells = tree.cells()
     got = np.empty(len(cells), np.int64)
     got[cells.numbers] = cells.extra["order"]
@@ -487,9 +488,9 @@ def test_cells_tell_the_order_of_making(lab, build, order, budget, planes):
 
 def test_threads_do_not_change_the_order_of_making(build, monkeypatch):
     scene = make_sample("suzanne:subdivisions=2")
-    whole = build("kdtree", scene, "order=depth_first").cells()
+    whole = build("kdtree", scene, "order=depth_first", log=True).cells()
     monkeypatch.setattr(kdtree, "SUBTREE", 3000)
-    pieces = build("kdtree", scene, "order=depth_first").cells()
+    pieces = build("kdtree", scene, "order=depth_first", log=True).cells()
     assert np.array_equal(whole.extra["order"], pieces.extra["order"])
 
 

@@ -16,7 +16,7 @@ from accelscope.core.structures.bvh.builders import BUILDERS
 from accelscope.core.structures.bvh.builders.morton import codes as morton
 from accelscope.core.structures.bvh.builders.morton import hlbvh, lbvh, lbvh_parallel
 from accelscope.core.structures.bvh.builders.morton import radix_sort as radix
-from accelscope.core.structures.bvh.topology.tree import Primitives, ranges_of
+from accelscope.core.structures.bvh.topology.tree import Primitives, make_splits, ranges_of
 from accelscope.sample_scenes import make_sample
 
 FAMILY = ("lbvh", "lbvh_parallel", "hlbvh", "ploc")
@@ -274,7 +274,7 @@ def test_the_upper_tree_is_as_deep_as_it_may_be(count):
     for deepest in (6, 62):
         low = 0.25 ** np.arange(count)[:, None] * np.ones(3)
         boxes = np.random.default_rng(count).permutation(np.concatenate([low, 2 * low], axis=1))
-        top, number = hlbvh.top_of(boxes, deepest, 16)
+        top, number = hlbvh.top_of(boxes, deepest, 16, make_splits(0))
         assert np.array_equal(np.sort(number), np.arange(count))
         roots = np.flatnonzero(top.size == 1)
         assert np.array_equal(np.sort(top.begin[roots]), np.arange(count))

@@ -365,11 +365,12 @@ def test_orders_agree_without_a_budget(lab, build, scene_name, planes):
 def test_order_of_building(lab, build, order):
     """A budget for k splits makes just the cells of the first k steps."""
     scene = lab.small_scene("suzanne")
-    whole = build("octree", scene, f"{MIXED},order={order}").cells()
+    whole = build("octree", scene, f"{MIXED},order={order}", log=True).cells()
     made = whole.extra["order"]
     assert np.array_equal(np.bincount(made), [1] + [8] * made.max())
     for steps in (0, 1, 2, 17):
-        part = build("octree", scene, f"{MIXED},order={order},budget={1 + 8 * steps}").cells()
+        text = f"{MIXED},order={order},budget={1 + 8 * steps}"
+        part = build("octree", scene, text, log=True).cells()
         early = made <= steps
         assert np.array_equal(np.unique(part.boxes, axis=0), np.unique(whole.boxes[early], axis=0))
         assert part.extra["order"].max() == steps

@@ -34,7 +34,8 @@ def display(**changed):
 def cells_of(spec, scene="suzanne"):
     name, texts = parse_spec(spec)
     structure = structure_named(name)
-    return structure.build(make_sample(scene), parse(structure.Settings, texts, spec)).cells()
+    settings = parse(structure.Settings, texts, spec)
+    return structure.build(make_sample(scene), settings, log=True).cells()
 
 
 def binary_tree(levels):
@@ -47,7 +48,7 @@ def binary_tree(levels):
     order = (number + 1) // 2
     divided = np.where(is_leaf, NEVER, number + 1)
     boxes = np.random.default_rng(1).random((n, 6))
-    return Cells.sorted_by_depth(boxes, depth, is_leaf, count, {"order": order}, divided=divided)
+    return Cells.sorted_by_depth(boxes, depth, is_leaf, count, {"order": order}, replaced=divided)
 
 
 def ask(drawable, settings):
@@ -102,13 +103,13 @@ def test_a_cell_is_divided_when_its_children_are_made(spec):
     """An independent witness: the cells of a step fill the cell one level above with their box."""
     cells = cells_of(spec)
     order = cells.extra["order"]
-    assert (cells.divided[cells.is_leaf] == NEVER).all()
+    assert (cells.replaced[cells.is_leaf] == NEVER).all()
     inner = np.flatnonzero(~cells.is_leaf)
     assert len(inner) > 20
-    assert (cells.divided[inner] > order[inner]).all()
-    assert len(np.unique(cells.divided[inner])) == len(inner)
+    assert (cells.replaced[inner] > order[inner]).all()
+    assert len(np.unique(cells.replaced[inner])) == len(inner)
     for place in inner[:: max(len(inner) // 200, 1)]:
-        made = np.flatnonzero(order == cells.divided[place])
+        made = np.flatnonzero(order == cells.replaced[place])
         assert (cells.depth[made] == cells.depth[place] + 1).all()
         low, high = cells.boxes[made, :3].min(axis=0), cells.boxes[made, 3:].max(axis=0)
         size = (cells.boxes[0, 3:] - cells.boxes[0, :3]).max()

@@ -10,6 +10,7 @@ from accelscope.core.sah.split_curve import RULES, split_curve
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
 from accelscope.core.structures.bvh.builders import BUILDERS
+from accelscope.core.structures.bvh.topology.build_log import splits_of_nodes
 from accelscope.sample_scenes import make_sample
 
 OF_THE_BUILDING = {
@@ -29,14 +30,15 @@ def names_of(structure):
 
 @pytest.mark.parametrize("builder", RULES)
 def test_the_planes_of_the_cost_curve(scene, builder):
-    structure = BVH.build(scene, BVH.Settings(builder=builder))
-    planes = structure.splits.of_nodes(structure.arrays)
+    structure = BVH.build(scene, BVH.Settings(builder=builder), log=True)
+    planes = splits_of_nodes(structure.build_log, len(structure.arrays.size))
     inner = np.flatnonzero(structure.arrays.size == 0)
     assert len(inner) > 30
     for node in inner:
         curve = split_curve(structure, node)
         assert curve.axis[curve.best] == planes["split_axis"][node]
         assert curve.position[curve.best] == planes["split_position"][node]
+        assert curve.cost[curve.best] == planes["split_cost"][node]
         # The plane lies within the node.
         low, high = structure.arrays.volumes.boxes()[node].reshape(2, 3)
         assert (

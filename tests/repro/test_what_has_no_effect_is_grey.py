@@ -99,20 +99,26 @@ def test_before_a_build_there_is_no_depth_and_no_ray(draw: Any) -> None:
     assert "ray_index" not in draw("rays").active_of()
 
 
-@pytest.mark.parametrize("structure", ["bvh", "grid", "kdtree", "octree", "bsp"])
+CUT = "bvh", "kdtree", "octree", "bsp"
+
+
+@pytest.mark.parametrize("structure", [*CUT, "bvh:ploc", "grid"])
 def test_display(bpy: Any, root: Any, draw: Any, structure: str) -> None:
+    structure, _, builder = structure.partition(":")
+    if builder:
+        root.structures.bvh.builder = builder
     built(bpy, root, structure)
-    is_cut = structure in ("kdtree", "octree", "bsp")
+    is_cut, has_steps = structure in CUT and not builder, structure in CUT
     layout = draw("display")
     active = layout.active_of()
     assert all(active[name] for name in (*DEPTHS, "leaves_only", "hide_empty", "colour_by"))
     assert [active[name] for name in ("planes", "replay", "step", "step_share")] == [
-        is_cut, is_cut, False, False,
+        is_cut, has_steps, False, False,
     ]  # fmt: skip
-    said = "Planes and Replay: of BSP Tree, kd-Tree, Octree"
-    assert (said in layout.text) == (not is_cut)
+    assert ("Planes and Replay: not of cells" in layout.text) == (not has_steps)
+    assert ("Planes: these cells are joined" in layout.text) == (has_steps and not is_cut)
     root.display.replay = True
-    assert draw("display").active_of()["step"] == is_cut
+    assert draw("display").active_of()["step"] == has_steps
     root.display.show = False
     assert not any(draw("display").active_of().values())
 

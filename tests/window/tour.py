@@ -202,6 +202,33 @@ def planes_and_replay() -> Steps:
 
 
 @session.step
+def hierarchies_in_steps() -> Steps:
+    """Hierarchies: planes, and the building step by step, from above and from below."""
+    display = settings().display
+    for builder, has_planes in (("lbvh", True), ("ploc", False), ("binned_sah", True)):
+        settings().structures.bvh.builder = builder
+        yield from build()
+        cells = results().cells
+        assert (cells.planes is not None) == has_planes
+        if has_planes:
+            display.depth_max, display.planes = 4, True
+            yield 0.5
+            station(f"{builder}-planes")
+            display.depth_max, display.planes = 100, False
+        display.replay = display.leaves_only = True
+        display.step = int(cells.extra["order"].max()) * (1 if has_planes else 3) // 4
+        yield 0.5
+        station(f"{builder}-replay")
+        display.replay = False
+        display.colour_by = "order"
+        yield 0.5
+        station(f"{builder}-by-order")
+        for name in ("depth_max", "planes", "replay", "step", "colour_by", "leaves_only"):
+            reset(display, name)
+    reset(settings().structures.bvh, "builder")
+
+
+@session.step
 def show() -> Steps:
     """The check box in the header hides all cells: the picture is the one before the build."""
     yield from session.press("display.show", across=HEADER)

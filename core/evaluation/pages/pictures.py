@@ -194,8 +194,8 @@ def picture_of_building(view: View, cells: Cells, share: float) -> tuple[str, np
     order = cells.extra["order"]
     last = int(order.max())
     step = int(np.ceil(share * last))
-    assert cells.divided is not None
-    there = (order <= step) & (cells.divided > step)
+    assert cells.replaced is not None
+    there = (order <= step) & (cells.replaced > step)
     caption = f"building after step {show_integer(step)} of {show_integer(last)}"
     return caption, edges_over(view, cells, there)
 

@@ -60,9 +60,19 @@ class Traced:
 
 
 def build(
-    scene: Scene, structure_type: type[Structure], settings: Any, progress: Progress = SILENT
+    scene: Scene,
+    structure_type: type[Structure],
+    settings: Any,
+    progress: Progress = SILENT,
+    *,
+    log: bool = False,
 ) -> Built:
     """Build a structure and measure the time, compilation of its kernels left out.
+
+    Parameters
+    ----------
+    log : bool
+        Whether the structure keeps how it was built.
 
     Raises
     ------
@@ -74,7 +84,7 @@ def build(
     structure_type.refuse_too_large(scene, settings)
     warm_up(structure_type, settings, progress)
     start = time.perf_counter()
-    structure = structure_type.build(scene, settings, progress)
+    structure = structure_type.build(scene, settings, progress, log=log)
     return Built(structure, time.perf_counter() - start)
 
 

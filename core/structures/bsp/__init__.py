@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from ...contract.cells import Cells, parents_of, when_divided
+from ...contract.build_log import OBLIQUE, SPLIT, BuildLog
+from ...contract.cells import Cells, parents_of
 from ...contract.figures import Figure
 from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.triangle import Triangles, areas_of, triangles_of
@@ -40,7 +41,7 @@ from ..subdivision.settings import (
     padding_setting,
     walk_setting,
 )
-from ..subdivision.structure import FIGURES, Subdivision, Topology, padded_box
+from ..subdivision.structure import FIGURES, Subdivision, Topology, padded_box, split_costs
 from ..subdivision.subtrees import Limits
 from ..subdivision.walks import WALKS
 from .build import grow_tree
@@ -121,20 +122,21 @@ class Bsp(Subdivision):
         Figure("oblique_planes", "planes across no axis", "Oblique planes", "count"),
         Figure("faces_per_leaf", "faces of a leaf's cell, in the mean", "Faces per leaf"),
     )
-    is_cut_by_planes = True
 
     def __init__(
         self, scene: Scene, settings: BspSettings, grown: Grown, triangles: Triangles,
-        box: np.ndarray, shell: float,
+        box: np.ndarray, shell: float, log: bool = False,
     ) -> None:  # fmt: skip
-        super().__init__(scene, settings, None, triangles)
+        super().__init__(scene, settings, None, triangles, Bsp.logged if log else None)
         self.grown = grown
         self.with_walk(
             BspArrays(box, grown.planes, grown.link, shell, grown.offsets, grown.references)
         )
 
     @classmethod
-    def build(cls, scene: Scene, settings: BspSettings, progress: Progress = SILENT) -> Bsp:
+    def build(
+        cls, scene: Scene, settings: BspSettings, progress: Progress = SILENT, *, log: bool = False
+    ) -> Bsp:
         """Build the tree, then prepare its walk."""
         refuse_if_too_large(
             len(scene) * 900, f"a bsp over {len(scene)} triangles", "use a smaller scene"
@@ -151,7 +153,7 @@ class Bsp(Subdivision):
             0,
         )
         grown = grow_tree(rule_of(settings), limits, triangles, box, shell, progress)
-        return cls(scene, settings, grown, triangles, box, shell)
+        return cls(scene, settings, grown, triangles, box, shell, log)
 
     def with_walk(self, tree: Any) -> None:
         """Set :attr:`arrays` to the tree with the walk of the settings."""
@@ -193,20 +195,34 @@ class Bsp(Subdivision):
         return self.arrays.tree.shell * float(self.grown.area[self.grown.link > 0].sum())
 
     def cells(self, progress: Progress = SILENT) -> Cells:
-        """Return the cells of all nodes as polyhedra, with the planes that cut them.
-
-        Attribute `order` is the step of the building in which a cell was made.
-        """
+        """Return the cells of all nodes as polyhedra, with the planes that cut them."""
         nodes, measures, tree = self.topology(), self.measures(), self.arrays.tree
         faces, cuts = polygons(self.grown, tree.box, tree.shell, measures)
-        order = (np.arange(len(nodes.depth)) + 1) // 2
         inner = np.flatnonzero(self.grown.link > 0)
-        below = self.grown.link[inner]
+        children = self.grown.link[inner][:, None] + np.arange(2)
+        parent = parents_of(len(nodes.depth), inner, children)
+        steps, replaced = self.steps_of_cells(parent)
         return Cells.sorted_by_depth(
             nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count,
-            {"order": order, "faces": measures.faces, "volume": measures.volumes},
-            faces, cuts, measures.areas, when_divided(order, inner, below),
-            parents_of(len(order), inner, np.stack([below, below + 1], axis=1)),
+            {**steps, "faces": measures.faces, "volume": measures.volumes},
+            faces, cuts, measures.areas, replaced, parent,
+        )  # fmt: skip
+
+    def logged(self) -> BuildLog:
+        """Return the log of the building: nodes are numbered in the order of the settings."""
+        grown, inner = self.grown, np.flatnonzero(self.grown.link > 0)
+        children = grown.link[inner][:, None] + np.arange(2)
+        normals = grown.planes[inner, :3]
+        is_oblique = (normals != 0.0).sum(axis=1) > 1
+        axis = np.abs(normals).argmax(axis=1)
+        # The position along a normal of -1 is that on the other side of the origin.
+        position = grown.planes[inner, 3] * np.sign(normals[np.arange(len(inner)), axis])
+        return BuildLog.of(
+            SPLIT, (children[:, 0] + 1) // 2, inner, children,
+            axis=np.where(is_oblique, OBLIQUE, axis),
+            position=np.where(is_oblique, np.nan, position),
+            cost=split_costs(grown.area, grown.count, inner, children, self.settings),
+            counts=grown.count[children], cells=np.arange(len(grown.link)),
         )  # fmt: skip
 
     def extra_statistics(self) -> dict[str, Any]:

@@ -288,11 +288,14 @@ def longer(array: np.ndarray, length: int) -> np.ndarray:
 def finish(tree: Growing, lists: Lists) -> Grown:
     """Return what stays of the builder's memory."""
     n_nodes, n_leaves = int(tree.used[0]), int(tree.used[1])
-    link, parent, depth = tree.nodes[:n_nodes, [LINK, PARENT, DEPTH]].T.astype(np.int32)
+    link, parent, depth, count = (
+        tree.nodes[:n_nodes, column].astype(np.int32) for column in (LINK, PARENT, DEPTH, COUNT)
+    )
     leaves = np.flatnonzero(link < 0)
     offsets = np.zeros(n_leaves + 1, np.int64)
     offsets[-link[leaves]] = tree.nodes[leaves, BEGIN]
     return Grown(
-        tree.planes[:n_nodes, :4].copy(), link.copy(), parent.copy(), depth.copy(),
-        tree.planes[:n_nodes, AREA].copy(), offsets, lists.listed[: lists.used[LISTED]].copy(),
+        tree.planes[:n_nodes, :4].copy(), link, parent, depth,
+        tree.planes[:n_nodes, AREA].copy(), count, offsets,
+        lists.listed[: lists.used[LISTED]].copy(),
     )  # fmt: skip

@@ -27,6 +27,8 @@ class Grown(NamedTuple):
     parent, depth : (n,) int32
     area : (n,) float64
         Surface areas of the cells.
+    count : (n,) int32
+        References of the cells, inner ones included.
     offsets : (n_leaves + 1,) int64
     references : (N_OIV,) int32
         Triangles, leaf after leaf.
@@ -37,6 +39,7 @@ class Grown(NamedTuple):
     parent: np.ndarray
     depth: np.ndarray
     area: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]  # a tuple has a method of that name
     offsets: np.ndarray
     references: np.ndarray
 
@@ -60,6 +63,7 @@ def joined(top: Grown, subtrees: dict[int, Grown]) -> Grown:
         np.concatenate([piece.planes for piece in pieces]), np.concatenate(link),
         np.concatenate(parent), np.concatenate([piece.depth for piece in pieces]),
         np.concatenate([piece.area for piece in pieces]),
+        np.concatenate([piece.count for piece in pieces]),
         np.concatenate([*offsets, at_list[-1:]]),
         np.concatenate([piece.references for piece in pieces]),
     )  # fmt: skip
@@ -101,7 +105,7 @@ def numbered(tree: Grown, order: int) -> Grown:
     new_link[number[leaves]] = -1 - np.arange(len(leaves))
     return Grown(
         tree.planes[old], new_link, number[tree.parent[old]].astype(np.int32), tree.depth[old],
-        tree.area[old], offsets, tree.references[place],
+        tree.area[old], tree.count[old], offsets, tree.references[place],
     )  # fmt: skip
 
 

@@ -8,10 +8,13 @@ volume is put around each group (:mod:`.topology.fit`).
 from __future__ import annotations
 
 import dataclasses
+import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from ...contract.build_log import BuildLog
 from ...contract.cells import Cells
 from ...contract.counters import N_ETS, N_IT, N_TS, VOLUME_TESTS
 from ...contract.figures import COST_OF_TREE, EXPECTED_VOLUME_TESTS, OF_TREE, Figure
@@ -19,25 +22,23 @@ from ...contract.statistics import Statistics
 from ...contract.structure import Structure
 from ...contract.workspace import STACK_SIZE, Workspace, make_workspace
 from ...errors import InputError
-from ...geometry.box import Boxes, boxes_of
+from ...geometry.box import Boxes
 from ...geometry.box_shape import surface_area
 from ...geometry.triangle import Triangles, triangles_of
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...ranges import ranges
 from ...scene import Scene
-from ...settings import part_of
-from .builders import BUILDERS
 from .figures.efficiency import Efficiency, hierarchy_efficiency
 from .figures.overlap import sibling_overlap
-from .optimisers import OPTIMISERS
+from .grouping import group
 from .optimisers.rearranging import Rearrangement
 from .settings import BVHSettings
-from .topology.collapse import LeafRule, collapse, total_cost
+from .topology.build_log import splits_of_nodes, widened_cells
 from .topology.fit import fit_all
 from .topology.pieces import referred
 from .topology.refit import refitted_volumes
-from .topology.tree import Grouping, Primitives, Splits, Tree, depths_of, linked, ranges_of
+from .topology.tree import Grouping, Tree, depths_of, ranges_of
 from .topology.validation import violations_of
 from .topology.wide import WideTree, widened
 from .walks.binary_walk import Binary
@@ -86,13 +87,10 @@ class Making:
         What the optimiser did, if there is one.
     figures : dict
         What the builder and the optimiser say about their work.
-    splits : Splits or None
-        The planes that inner nodes were split by, if the tree is as the builder made it.
     """
 
     rearrangement: Rearrangement | None
     figures: dict[str, Any]
-    splits: Splits | None
 
 
 class BVH(Structure):
@@ -129,8 +127,9 @@ class BVH(Structure):
         *,
         parts: np.ndarray | None = None,
         making: Making | None = None,
+        log: Callable[[Any], BuildLog] | None = None,
     ) -> None:
-        super().__init__(scene, settings, arrays, triangles)
+        super().__init__(scene, settings, arrays, triangles, log)
         self.parts = parts
         self.making = making
         self._areas: np.ndarray | None = None
@@ -150,17 +149,18 @@ class BVH(Structure):
             )
 
     @classmethod
-    def build(cls, scene: Scene, settings: Any, progress: Progress = SILENT) -> BVH:
+    def build(
+        cls, scene: Scene, settings: Any, progress: Progress = SILENT, *, log: bool = False
+    ) -> BVH:
         """Group the triangles, rearrange the tree, fit the volumes."""
         cls.refuse_too_large(scene, settings)
-        grouping, rearrangement = group(scene, settings, progress)
+        grouping, rearrangement = group(scene, settings, progress, log)
         triangles = triangles_of(scene, grouping.order)
-        figures, splits = grouping.figures, grouping.splits
+        figures = grouping.figures
         tree: Tree | WideTree = grouping.tree
         width = np.full(len(tree.size), 2)
         if settings.arity != "2":
             figures = figures | {"binary": figures_of_binary(grouping.tree, settings)}
-            splits = None
             tree = widened(grouping.tree, int(settings.arity))
             width = tree.width
         if settings.volume == "aabb":
@@ -174,8 +174,11 @@ class BVH(Structure):
             arrays = Wide(volumes, tree.first, tree.size, tree.width)
         else:
             arrays = Binary(volumes, tree.first, tree.size)
-        making = Making(rearrangement, figures, splits)
-        return cls(scene, settings, arrays, triangles, parts=grouping.parts, making=making)
+        making = Making(rearrangement, figures)
+        told = functools.partial(log_of, grouping, tree) if log else None
+        return cls(
+            scene, settings, arrays, triangles, parts=grouping.parts, making=making, log=told
+        )
 
     @property
     def is_refitted(self) -> bool:
@@ -191,11 +194,6 @@ class BVH(Structure):
     def rearrangement(self) -> Rearrangement | None:
         """What the optimiser did, if there is one."""
         return None if self.making is None else self.making.rearrangement
-
-    @property
-    def splits(self) -> Splits | None:
-        """The planes that inner nodes were split by, if the tree is as the builder made it."""
-        return None if self.making is None else self.making.splits
 
     def refitted(self, scene: Scene, progress: Progress = SILENT) -> BVH:
         """Return the same tree over a scene whose triangles have moved.
@@ -249,6 +247,13 @@ class BVH(Structure):
             return self.arrays.width
         return np.where(self.arrays.size > 0, 0, 2)
 
+    def parents(self) -> np.ndarray:
+        """Return the parent of every node, (n_nodes,) int64; -1 for the root."""
+        width = self.width()
+        parent = np.full(len(width), -1)
+        parent[ranges(self.arrays.first, width)] = np.repeat(np.arange(len(width)), width)
+        return parent
+
     def depths(self) -> np.ndarray:
         """Return the depth of every node, (n_nodes,) int64."""
         return depths_of(self.arrays.first, self.arrays.size, self.width())
@@ -270,19 +275,23 @@ class BVH(Structure):
         progress.report(2, 4, text)
         extra["overlap"] = self.overlap()
         progress.report(3, 4, text)
-        width = self.width()
-        inner = np.flatnonzero(width > 0)
-        parent = np.full(len(count), -1, np.int32)
-        parent[ranges(self.arrays.first[inner], width[inner])] = np.repeat(inner, width[inner])
-        if self.splits is not None:
-            extra |= self.splits.of_nodes(self.arrays)
+        parent, planes, replaced = self.parents(), None, None
+        if (log := self.build_log) is not None:
+            extra["order"], replaced = log.steps(parent)
+            if log.has_planes():
+                planes = log.planes(boxes)
+                if isinstance(self.arrays, Binary):
+                    extra |= splits_of_nodes(log, len(boxes))
         if isinstance(volumes, Boxes):
-            return Cells.sorted_by_depth(boxes, depth, is_leaf, count, extra, parent=parent)
+            return Cells.sorted_by_depth(
+                boxes, depth, is_leaf, count, extra,
+                planes=planes, replaced=replaced, parent=parent,
+            )  # fmt: skip
         shaped = np.argsort(depth, kind="stable")[:MOST_SHAPES]
         faces = volumes.polygons(shaped, progress)
         faces = faces._replace(owners=shaped[faces.owners])
         return Cells.sorted_by_depth(
-            boxes, depth, is_leaf, count, extra, faces=faces, areas=self.areas, parent=parent
+            boxes, depth, is_leaf, count, extra, faces, planes, self.areas, replaced, parent
         )
 
     @property
@@ -340,38 +349,15 @@ class BVH(Structure):
         )
 
 
-def group(scene: Scene, settings: Any, progress: Progress) -> tuple[Grouping, Rearrangement | None]:
-    """Group the triangles of a scene as the settings say.
-
-    An optimiser works on single triangles, and leaves are chosen by cost afterwards. Where these
-    leaves make the tree dearer than the one that was rearranged, that one stays.
-
-    Returns
-    -------
-    grouping : Grouping
-    rearrangement : Rearrangement or None
-        What the optimiser did.
-    """
-    builder, optimiser = BUILDERS[settings.builder], OPTIMISERS[settings.optimise]
-    primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
-    own: Any = part_of(settings, builder.Settings)
-    if optimiser.optimise is None:
-        return builder.build(primitives, own, progress), None
-    grouping = builder.build(primitives, dataclasses.replace(own, max_leaf_size=1), progress)
-    progress.report(0, 2, "Choosing leaves")
-    tree = linked(grouping.tree)
-    progress.report(1, 2, "Choosing leaves")
-    rule = LeafRule.of(settings)
-    as_built = collapse(tree, rule)
-    progress.report(2, 2, "Choosing leaves")
-    rearrangement = optimiser.optimise(tree, part_of(settings, optimiser.Settings), progress)
-    rearranged = collapse(tree, rule)
-    pays = total_cost(rearranged[0], rule) <= total_cost(as_built[0], rule)
-    collapsed, order = rearranged if pays else as_built
-    figures = grouping.figures | rearrangement.figures() | {"optimise_pays": pays}
-    # A reference that a leaf holds now was number order[i] for the builder.
-    parts = None if grouping.parts is None else grouping.parts[order]
-    return Grouping(collapsed, grouping.order[order], parts, figures), rearrangement
+def log_of(grouping: Grouping, tree: Tree | WideTree, structure: Any) -> BuildLog:
+    """Return the log of a grouping whose tree may have been widened."""
+    assert grouping.log is not None
+    log = grouping.log()
+    if isinstance(tree, WideTree):
+        log = log.with_cells(widened_cells(grouping.tree, tree))
+        if log.has_planes():  # then names are nodes of the binary tree
+            log = dataclasses.replace(log, boxes=grouping.tree.boxes)
+    return log
 
 
 def figures_of_binary(tree: Tree, settings: Any) -> dict[str, float]:

@@ -211,7 +211,9 @@ class Grid(Structure):
         return grid, triangles
 
     @classmethod
-    def build(cls, scene: Scene, settings: GridSettings, progress: Progress = SILENT) -> Grid:
+    def build(
+        cls, scene: Scene, settings: GridSettings, progress: Progress = SILENT, *, log: bool = False
+    ) -> Grid:
         """Fill the cells; there is nothing else to do."""
         return cls(scene, settings, *cls.fill(scene, settings, progress))
 

@@ -11,14 +11,17 @@ J. L. Bentley: Multidimensional Binary Search Trees Used for Associative Searchi
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ...contract.cells import Cells, parents_of, planes_across, rectangles, when_divided
+from ...contract.build_log import SPLIT, BuildLog
+from ...contract.cells import Cells, parents_of, planes_across, rectangles
 from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.box import boxes_of
+from ...geometry.box_shape import surface_area
 from ...geometry.clip import POLYGON_SIZE, add_clipped_areas
 from ...geometry.rays import ULPS
 from ...geometry.triangle import Triangles, areas_of, triangles_of
@@ -40,7 +43,7 @@ from ..subdivision.settings import (
     padding_setting,
     walk_setting,
 )
-from ..subdivision.structure import LinkedSubdivision, Topology, padded_box
+from ..subdivision.structure import LinkedSubdivision, Topology, padded_box, split_costs
 from ..subdivision.subtrees import Limits, build_with_threads, follows_order, in_any_order
 from .builder import Builder, meter_of
 from .sah import SweepPlanes, start_sweep
@@ -100,7 +103,7 @@ def build_tree(
     settings: KdTreeSettings,
     progress: Progress,
     threads: int = 0,
-) -> tuple[KdTreeArrays, np.ndarray | None]:
+) -> tuple[KdTreeArrays, np.ndarray | None, np.ndarray]:
     """Build the tree.
 
     Without a budget depth-first, with large subtrees on different threads: no other order then
@@ -120,6 +123,8 @@ def build_tree(
     made : (n_nodes,) int64, optional
         The step in which each node was made, where the nodes were split in the order of the
         settings.
+    size : (n_nodes,) int32
+        References of each node, inner ones included.
 
     Raises
     ------
@@ -153,9 +158,33 @@ def build_tree(
     meter.report()
     top = Builder(planes, limits, memory, triangles.corners, meter)
     pieces = build_with_threads(top, meter, threads)
-    tree, old = store(top.finished(), pieces, cell)
+    tree, old, size = store(top.finished(), pieces, cell)
     progress.report(1.0, 1.0, "Building kdtree")
-    return tree, (old + 1) // 2 if in_order else None
+    return tree, (old + 1) // 2 if in_order else None, size
+
+
+def log_of(made: np.ndarray | None, size: np.ndarray, structure: KdTree) -> BuildLog:
+    """Return the log of a building: the k-th split of the order of the settings is step k.
+
+    Parameters
+    ----------
+    made, size
+        See :func:`build_tree`.
+    """
+    tree, settings = structure.arrays.tree, structure.settings
+    if made is None and settings.order == "fifo":
+        made = breadth_first_steps(tree)
+    elif made is None:
+        made = (np.arange(len(tree.link)) + 1) // 2  # numbers are given depth-first
+    axis = tree.link & 3
+    inner = np.flatnonzero(axis != LEAF)
+    children = (tree.link[inner] >> 2)[:, None] + np.arange(2)
+    costs = split_costs(surface_area(topology_of(tree).boxes), size, inner, children, settings)
+    return BuildLog.of(
+        SPLIT, made[children[:, 0]], inner, children,
+        axis=axis[inner], position=tree.split[inner], cost=costs, counts=size[children],
+        cells=np.arange(len(axis)),
+    )  # fmt: skip
 
 
 class KdTree(LinkedSubdivision):
@@ -165,19 +194,25 @@ class KdTree(LinkedSubdivision):
     label = "kd-Tree"
     summary = "Binary tree of cells, cut by planes across one axis each"
     Settings = KdTreeSettings
-    is_cut_by_planes = True
-    made: np.ndarray | None = None
 
     @classmethod
-    def build(cls, scene: Scene, settings: KdTreeSettings, progress: Progress = SILENT) -> KdTree:
+    def build(
+        cls,
+        scene: Scene,
+        settings: KdTreeSettings,
+        progress: Progress = SILENT,
+        *,
+        log: bool = False,
+    ) -> KdTree:
         """Build the tree, then prepare its walk."""
         refuse_if_too_large(
             len(scene) * 600, f"a kdtree over {len(scene)} triangles", "use a smaller scene"
         )
         triangles = triangles_of(scene)
         cell = padded_box(scene.lower, scene.upper, settings.padding)
-        structure = cls(scene, settings, None, triangles)
-        tree, structure.made = build_tree(triangles, cell, settings, progress)
+        tree, made, size = build_tree(triangles, cell, settings, progress)
+        told = functools.partial(log_of, made, size) if log else None
+        structure = cls(scene, settings, None, triangles, told)
         structure.with_walk(tree)
         return structure
 
@@ -185,37 +220,25 @@ class KdTree(LinkedSubdivision):
         """Return the cells of all nodes."""
         return topology_of(self.arrays.tree)
 
-    def order_of_making(self) -> np.ndarray:
-        """Return in which step the order of the settings makes each node, (n_nodes,) int64.
-
-        The root is there in step 0, and the k-th split makes its two children in step k.
-        """
-        if self.made is not None:
-            return self.made
-        tree = self.arrays.tree
-        if self.settings.order == "fifo":
-            return breadth_first_steps(tree)
-        return (np.arange(len(tree.link)) + 1) // 2  # numbers are given depth-first
-
     def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the cells of all nodes, with the planes that cut them.
 
-        Attribute `axis` is 3 and `split` is NaN for leaves; `order` is that of
-        :meth:`order_of_making`.
+        Attribute `axis` is 3 and `split` is NaN for leaves.
         """
-        nodes, tree, order = self.topology(), self.arrays.tree, self.order_of_making()
+        nodes, tree = self.topology(), self.arrays.tree
         axis = (tree.link & 3).astype(np.int8)
-        inner = np.flatnonzero(axis != LEAF)
-        left = tree.link[inner] >> 2
         split = np.where(axis == LEAF, np.nan, tree.split)
         cut = [np.flatnonzero(axis == a) for a in range(3)]
         corners = [planes_across(nodes.boxes[cut[a]], a, split[cut[a]]) for a in range(3)]
+        inner = np.flatnonzero(axis != LEAF)
+        children = (tree.link[inner] >> 2)[:, None] + np.arange(2)
+        parent = parents_of(len(axis), inner, children)
+        steps, replaced = self.steps_of_cells(parent)
         return Cells.sorted_by_depth(
             nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count,
-            {"axis": axis, "split": split, "order": order},
+            {"axis": axis, "split": split, **steps},
             planes=rectangles(np.concatenate(corners), np.concatenate(cut)),
-            divided=when_divided(order, inner, left),
-            parent=parents_of(len(axis), inner, np.stack([left, left + 1], axis=1)),
+            replaced=replaced, parent=parent,
         )  # fmt: skip
 
     def validate(self) -> list[str]:

@@ -170,7 +170,7 @@ def number_depth_first(axis: np.ndarray, first: np.ndarray) -> tuple[np.ndarray,
 
 def store(
     top: Piece, subtrees: dict[int, Piece], cell: np.ndarray
-) -> tuple[KdTreeArrays, np.ndarray]:
+) -> tuple[KdTreeArrays, np.ndarray, np.ndarray]:
     """Return the tree that a builder, or several, have left in pieces.
 
     Parameters
@@ -185,6 +185,8 @@ def store(
     tree : KdTreeArrays
     old : (n_nodes,) int64
         The number that each node had in its piece.
+    size : (n_nodes,) int32
+        References of each node, inner ones included.
     """
     piece = joined(top, subtrees)
     number, leaf = number_depth_first(piece.axis, piece.first)
@@ -207,7 +209,7 @@ def store(
     keys.sort()
     references = (keys & (2**32 - 1)).astype(np.int32)
     tree = KdTreeArrays(cell, piece.split[old], link[old].astype(np.int32), offsets, references)
-    return tree, old
+    return tree, old, piece.size[old]
 
 
 def topology_of(tree: KdTreeArrays) -> Topology:

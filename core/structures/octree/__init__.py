@@ -24,10 +24,12 @@ from typing import Any
 
 import numpy as np
 
-from ...contract.cells import Cells, parents_of, planes_across, rectangles, when_divided
+from ...contract.build_log import SPLIT, BuildLog
+from ...contract.cells import Cells, parents_of, planes_across, rectangles
 from ...contract.figures import Figure
 from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.box import boxes_of
+from ...geometry.box_shape import surface_area
 from ...geometry.triangle import Triangles, triangles_of
 from ...kernels import call, kernel
 from ...memory import refuse_if_too_large
@@ -45,7 +47,13 @@ from ..subdivision.settings import (
     padding_setting,
     walk_setting,
 )
-from ..subdivision.structure import FIGURES, LinkedSubdivision, Topology, padded_box
+from ..subdivision.structure import (
+    FIGURES,
+    LinkedSubdivision,
+    Topology,
+    padded_box,
+    split_costs,
+)
 from ..subdivision.tree import child
 from . import octants as octants  # registers the kernels of the storages
 from .assignment import assignment_named
@@ -171,17 +179,28 @@ class Octree(LinkedSubdivision):
     summary = "Cells cut into eight, stored in four ways, walked in five"
     Settings = OctreeSettings
     FIGURES = (*FIGURES, *STORAGE_FIGURES)
-    is_cut_by_planes = True
 
     def __init__(
-        self, scene: Scene, settings: OctreeSettings, built: BuiltTree, triangles: Triangles
+        self,
+        scene: Scene,
+        settings: OctreeSettings,
+        built: BuiltTree,
+        triangles: Triangles,
+        log: bool = False,
     ) -> None:
-        super().__init__(scene, settings, None, triangles)
+        super().__init__(scene, settings, None, triangles, Octree.logged if log else None)
         self.built = built
         self.with_walk(STORAGES[settings.storage](built))
 
     @classmethod
-    def build(cls, scene: Scene, settings: OctreeSettings, progress: Progress = SILENT) -> Octree:
+    def build(
+        cls,
+        scene: Scene,
+        settings: OctreeSettings,
+        progress: Progress = SILENT,
+        *,
+        log: bool = False,
+    ) -> Octree:
         """Subdivide, number the nodes, store the tree."""
         refuse_if_too_large(
             len(scene) * 150, f"an octree over {len(scene)} triangles", "use a smaller scene"
@@ -199,7 +218,7 @@ class Octree(LinkedSubdivision):
         )
         box = padded_box(scene.lower, scene.upper, settings.padding)
         tree = grow(len(scene), box, rule, progress)
-        return cls(scene, settings, finish(tree), triangles)
+        return cls(scene, settings, finish(tree), triangles, log)
 
     def topology(self) -> Topology:
         """Return the boxes of all nodes, from the root's and the planes."""
@@ -229,11 +248,25 @@ class Octree(LinkedSubdivision):
         n_inner = len(built.planes)
         corners = [planes_across(nodes.boxes[:n_inner], a, built.planes[:, a]) for a in range(3)]
         planes = rectangles(np.concatenate(corners), np.tile(np.arange(n_inner), 3))
+        parent = parents_of(len(nodes.depth), np.arange(n_inner), built.children)
+        steps, replaced = self.steps_of_cells(parent)
         return Cells.sorted_by_depth(
-            nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count, {"order": built.order},
-            planes=planes,
-            divided=when_divided(built.order, np.arange(n_inner), built.children[:, 0]),
-            parent=parents_of(len(nodes.depth), np.arange(n_inner), built.children),
+            nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count, steps,
+            planes=planes, replaced=replaced, parent=parent,
+        )  # fmt: skip
+
+    def logged(self) -> BuildLog:
+        """Return the log of the building: three planes a step, and the cost of all eight parts."""
+        built, inner = self.built, np.arange(len(self.built.planes))
+        areas, below = surface_area(self.topology().boxes), built.count[built.children]
+        costs = split_costs(areas, built.count, inner, built.children, self.settings)
+        upper = np.arange(8) >> np.arange(3)[:, None] & 1  # by axis and octant
+        counts = np.stack([below @ (1 - upper).T, below @ upper.T], axis=2)
+        return BuildLog.of(
+            SPLIT, built.order[built.children[:, 0]].repeat(3), inner.repeat(3),
+            built.children.repeat(3, axis=0), axis=np.tile(np.arange(3), len(inner)),
+            position=built.planes.ravel(), cost=costs.repeat(3), counts=counts.reshape(-1, 2),
+            cells=np.arange(len(built.levels)),
         )  # fmt: skip
 
     def extra_statistics(self) -> dict[str, Any]:

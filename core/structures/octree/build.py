@@ -338,5 +338,5 @@ def finish(tree: Growing) -> BuiltTree:
     call(move_lists, tree.arena, tree.begin[leaves], offsets, references)
     return BuiltTree(
         tree.boxes[0].copy(), tree.planes[inner], children.reshape(-1, 8), tree.level[old],
-        offsets, references, (old + 7) // 8,  # every step made eight nodes
+        offsets, references, (old + 7) // 8, count[old],  # every step made eight nodes
     )  # fmt: skip

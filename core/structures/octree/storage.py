@@ -52,6 +52,8 @@ class BuiltTree(NamedTuple):
         Ascending within a leaf.
     order : (n_nodes,) int64
         Step of the building in which a node was made, 0 for the root.
+    count : (n_nodes,) int64
+        References of each node, inner ones included.
     """
 
     box: np.ndarray
@@ -61,6 +63,7 @@ class BuiltTree(NamedTuple):
     offsets: np.ndarray
     references: np.ndarray
     order: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]  # a tuple has a method of that name
 
 
 # ------------------------------------------------------------------------------------ pointers

@@ -8,7 +8,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...contract.cells import Cells
 from ...contract.figures import COST_OF_TREE, OF_TREE, Figure
 from ...contract.statistics import Statistics
 from ...contract.structure import Structure
@@ -36,6 +35,32 @@ def padded_box(lower: np.ndarray, upper: np.ndarray, padding: float) -> np.ndarr
     size = upper - lower
     margin = np.where(size > 0.0, padding * size, max(padding, 1e-6) * size.max())
     return np.concatenate([lower - margin, upper + margin])
+
+
+def split_costs(
+    areas: np.ndarray,
+    counts: np.ndarray,
+    inner: np.ndarray,
+    children: np.ndarray,
+    settings: Any,
+) -> np.ndarray:
+    """Return Cost(V -> {L, R}) of splits, (k,) float64; NaN for cells without a surface.
+
+    What the heuristic takes off where one side is empty is not taken off here.
+
+    Parameters
+    ----------
+    areas, counts : (n,)
+        Surface areas and references of all cells.
+    inner : (k,) int
+        Cells that are split,
+    children : (k, w) int
+        and what they are split into.
+    """
+    shares = (areas[children] * counts[children]).sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        cost = settings.C_trav + settings.C_isect * shares / areas[inner]
+    return np.where(areas[inner] > 0.0, cost, np.nan)
 
 
 class Topology(NamedTuple):
@@ -123,10 +148,18 @@ class Subdivision(Structure):
         mailbox = len(self.scene) if self.has_mailbox else 1
         return make_workspace(stack=STACK, rows=ROWS, mailbox=mailbox)
 
-    def cells(self, progress: Progress = SILENT) -> Cells:
-        """Return the cells of all nodes; a cell's number is its node."""
-        nodes = self.topology()
-        return Cells.sorted_by_depth(nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count)
+    def steps_of_cells(self, parent: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray | None]:
+        """Return ``order`` and ``replaced`` of all nodes, see Cells; nothing without a log.
+
+        Parameters
+        ----------
+        parent : (n,) int
+            Of each node, -1 for the root.
+        """
+        if self.build_log is None:
+            return {}, None
+        made, replaced = self.build_log.steps(parent)
+        return {"order": made}, replaced
 
     def statistics(self, progress: Progress = SILENT) -> Statistics:
         """Return the figures of the tree."""

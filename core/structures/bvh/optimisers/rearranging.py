@@ -18,18 +18,19 @@ parent is always exactly the union of its children's.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....contract.build_log import FIT, MOVE, REINSERT, BuildLog
 from ....contract.structure import CostSettings
 from ....geometry.box import area_of
 from ....geometry.box_shape import surface_area
 from ....kernels import call, inner
 from ....progress import Progress
 from ..topology.collapse import list_preorder
-from ..topology.tree import LinkedTree
+from ..topology.tree import LinkedTree, root_of
 
 LEAST_GAIN = 1e-12
 """Share of the root's area up to which a gain is rounding: trees that are equally good would be
@@ -45,7 +46,10 @@ MOST_COSTS = 50
 """Costs among the figures of a tree."""
 
 MOVE_WIDTH = 26
-"""Numbers in the log per reinsertion."""
+"""Numbers per reinsertion that is kept to be shown."""
+
+NO_CELLS = np.empty(0, np.int64)
+"""Of a part of a log: nobody knows yet what the finished tree will be."""
 
 
 class Moves(NamedTuple):
@@ -57,10 +61,19 @@ class Moves(NamedTuple):
         Gain, number of the move, then what the optimiser wants to be shown.
     made : (1,) int64
         Number of accepted moves.
+    events : (room, 4) int64
+        All moves of one kernel call, for the build log: kind, node, and its children as there.
+        Without any rows, nothing is noted.
+    gains : (room,) float64
+    written : (1,) int64
+        How many there are.
     """
 
     rows: np.ndarray
     made: np.ndarray
+    events: np.ndarray
+    gains: np.ndarray
+    written: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -76,22 +89,14 @@ class Rearrangement:
         :func:`note_reinsertion`, :func:`.treelet.note_treelet`.
     made : int
         Number of all moves.
+    log : BuildLog or None
+        All of them, if asked for; names are the nodes of the linked tree.
     """
 
     costs: list[float]
     moves: np.ndarray
     made: int
-
-    @classmethod
-    def of(
-        cls, costs: list[float], moves: Moves, tree: LinkedTree, settings: CostSettings
-    ) -> Rearrangement:
-        """Read the log."""
-        made = int(moves.made[0])
-        rows = moves.rows[: min(made, REMEMBERED)]
-        rows = rows[np.lexsort([rows[:, 1], -rows[:, 0]])]
-        rows[:, 0] *= settings.C_trav / (surface_area(tree.boxes[root_of(tree)]) or 1.0)
-        return cls(costs, rows, made)
+    log: BuildLog | None = None
 
     def figures(self) -> dict[str, Any]:
         """Return what the statistics of the tree say about it; of many costs only some."""
@@ -104,9 +109,77 @@ class Rearrangement:
         }
 
 
-def make_moves(width: int) -> Moves:
-    """Return an empty log of moves, `width` numbers each."""
-    return Moves(np.zeros((REMEMBERED, width)), np.zeros(1, np.int64))
+def make_moves(width: int, room: int = 0) -> Moves:
+    """Return an empty log of moves, `width` numbers each, and room for the events of one call."""
+    return Moves(
+        np.zeros((REMEMBERED, width)), np.zeros(1, np.int64),
+        np.empty((room, 4), np.int64), np.empty(room), np.zeros(1, np.int64),
+    )  # fmt: skip
+
+
+class Work:
+    """An optimiser at work on a tree: what it costs by now, and the moves.
+
+    Parameters
+    ----------
+    width : int
+        Numbers for each of the moves that are to be shown.
+    room : int
+        Most events of one kernel call; 0 if there is to be no build log.
+
+    Attributes
+    ----------
+    costs : list of float
+        Before the first step and after each.
+    moves : Moves
+    least : float
+        The gain, in units of area, from which on a move is made.
+    """
+
+    def __init__(self, tree: LinkedTree, settings: CostSettings, width: int, room: int) -> None:
+        self._tree, self._settings = tree, settings
+        self.costs, self.least = [cost_of(tree, settings)], least_gain(tree)
+        self.moves = make_moves(width, room)
+        self._events: list[BuildLog] = []
+        self._boxes = tree.boxes.copy() if room else None
+
+    def keep_events(self) -> None:
+        """Take over what the last kernel call has noted."""
+        if not (count := int(self.moves.written[0])):
+            return
+        self.moves.written[0] = 0
+        events, step = self.moves.events[:count], np.full(count, len(self.costs))
+        made = BuildLog.of(
+            MOVE, step, events[:, 1], events[:, 2:],
+            cost=self._in_cost(self.moves.gains[:count]), cells=NO_CELLS,
+        )  # fmt: skip
+        self._events.append(replace(made, kind=events[:, 0].astype(np.int8)))
+
+    def end_step(self) -> None:
+        """Reckon up a step: what the tree costs now, and which boxes are others than before."""
+        if self._boxes is not None:
+            changed = np.flatnonzero((self._tree.boxes != self._boxes).any(axis=1))
+            self._boxes[changed] = self._tree.boxes[changed]
+            step = np.full(len(changed), len(self.costs))
+            self._events.append(BuildLog.of(FIT, step, changed, cells=NO_CELLS))
+        self.costs.append(cost_of(self._tree, self._settings))
+
+    def _in_cost(self, gains: np.ndarray) -> np.ndarray:
+        """Return gains in units of area as SAH costs."""
+        root_area = surface_area(self._tree.boxes[root_of(self._tree)]) or 1.0
+        return gains * (self._settings.C_trav / root_area)
+
+    def done(self) -> Rearrangement:
+        """Return what all steps did."""
+        made = int(self.moves.made[0])
+        rows = self.moves.rows[: min(made, REMEMBERED)]
+        rows = rows[np.lexsort([rows[:, 1], -rows[:, 0]])]
+        rows[:, 0] = self._in_cost(rows[:, 0])
+        log = None
+        if self._boxes is not None:
+            nothing = BuildLog.of(FIT, NO_CELLS, NO_CELLS, cells=np.arange(len(self._boxes)))
+            log = nothing.and_then(*self._events)
+        return Rearrangement(self.costs, rows, made, log)
 
 
 def cost_of(tree: LinkedTree, settings: CostSettings) -> float:
@@ -150,11 +223,6 @@ def from_leaves_up(
     progress.report(len(nodes), len(nodes), text)
 
 
-def root_of(tree: LinkedTree) -> int:
-    """Return the node without a parent."""
-    return int(np.flatnonzero(tree.parent < 0)[0])
-
-
 def least_gain(tree: LinkedTree) -> float:
     """Return the gain, in units of area, from which on a move is made."""
     return LEAST_GAIN * float(surface_area(tree.boxes[root_of(tree)]))
@@ -174,6 +242,17 @@ def note_move(moves, gain):
             return -1
     moves.rows[row, 0], moves.rows[row, 1] = gain, number
     return row
+
+
+@inner
+def note_event(moves, kind, node, first, second, gain):
+    """Note a move for the build log, if there is room."""
+    row = moves.written[0]
+    if row < len(moves.events):
+        moves.events[row, 0], moves.events[row, 1] = kind, node
+        moves.events[row, 2], moves.events[row, 3] = first, second
+        moves.gains[row] = gain
+        moves.written[0] = row + 1
 
 
 @inner
@@ -250,6 +329,7 @@ def note_reinsertion(moves, gain, tree, node, sibling, place):
 
     After gain and number: the boxes of the node, of its old parent, its old and its new sibling.
     """
+    note_event(moves, REINSERT, node, place, sibling, gain)
     row = note_move(moves, gain)
     if row >= 0:
         for side in range(6):
@@ -269,9 +349,10 @@ class Optimiser(NamedTuple):
     Settings : type
         Its settings dataclass.
     optimise : callable or None
-        Rearranges a tree in place: ``optimise(tree, settings, progress)``; None leaves it alone.
+        Rearranges a tree in place: ``optimise(tree, settings, progress, log)``, where `log` says
+        whether all moves are to be kept; None leaves it alone.
     """
 
     summary: str
     Settings: type
-    optimise: Callable[[LinkedTree, Any, Progress], Rearrangement] | None
+    optimise: Callable[[LinkedTree, Any, Progress, bool], Rearrangement] | None

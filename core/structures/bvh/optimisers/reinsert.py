@@ -40,11 +40,9 @@ from .rearranging import (
     MOVE_WIDTH,
     Optimiser,
     Rearrangement,
+    Work,
     attach,
-    cost_of,
     detach,
-    least_gain,
-    make_moves,
     note_reinsertion,
     settled,
     sibling_of,
@@ -68,6 +66,9 @@ VISITS_AT_ONCE = 1 << 14
 
 VISITS_PER_MOVE = 16
 """What cutting off and hanging takes, in the time of a visit."""
+
+MOVES_AT_ONCE = VISITS_AT_ONCE // VISITS_PER_MOVE + 2
+"""Moves that one kernel call makes at most: it ends with the two children of a node."""
 
 
 class Queue(NamedTuple):
@@ -190,7 +191,9 @@ def greatest(values: np.ndarray, count: int) -> np.ndarray:
     return chosen[np.lexsort([chosen, -values[chosen]])]
 
 
-def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Rearrangement:
+def optimise(
+    tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool = False
+) -> Rearrangement:
     """Reinsert in batches; a step is a batch.
 
     Raises
@@ -198,24 +201,25 @@ def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Re
     Cancelled
         From `progress`.
     """
-    costs, moves, least = [cost_of(tree, settings)], make_moves(MOVE_WIDTH), least_gain(tree)
+    work = Work(tree, settings, MOVE_WIDTH, MOVES_AT_ONCE if log else 0)
     n_leaves = (len(tree.left) + 1) // 2
     inner_nodes = np.arange(n_leaves, len(tree.left), dtype=np.int32)
     batch = int(np.ceil(BATCH * len(inner_nodes)))
     factors = np.ones(len(inner_nodes))
     queue = Queue(np.empty(MOST_VISITS + 2), np.empty(MOST_VISITS + 2, np.int32))
-    while not settled(costs, PATIENCE):
-        text = f"Reinserting, step {len(costs)}"
+    while not settled(work.costs, PATIENCE):
+        text = f"Reinserting, step {len(work.costs)}"
         progress.report(0, batch, text)
         worst = greatest(inefficiency(tree, inner_nodes) * factors, batch)
         factors[worst] *= FORGIVE
         nodes, first = inner_nodes[worst], 0
         while first < len(nodes):
             progress.report(first, batch, text)
-            first = call(reinsert_children, tree, nodes, first, least, queue, moves)
+            first = call(reinsert_children, tree, nodes, first, work.least, queue, work.moves)
+            work.keep_events()
         progress.report(batch, batch, text)
-        costs.append(cost_of(tree, settings))
-    return Rearrangement.of(costs, moves, tree, settings)
+        work.end_step()
+    return work.done()
 
 
 OPTIMISER = Optimiser(

@@ -75,7 +75,9 @@ def largest(tree: LinkedTree, count: int) -> np.ndarray:
     return chosen.astype(np.int32)
 
 
-def optimise(tree: LinkedTree, settings: Settings, progress: Progress) -> Rearrangement:
+def optimise(
+    tree: LinkedTree, settings: Settings, progress: Progress, log: bool = False
+) -> Rearrangement:
     """Reinsert in rounds, as many as the settings say or until little is gained; a step is a round.
 
     Raises
@@ -83,7 +85,7 @@ def optimise(tree: LinkedTree, settings: Settings, progress: Progress) -> Rearra
     Cancelled
         From `progress`.
     """
-    rounds = Rounds(tree, settings, progress)
+    rounds = Rounds(tree, settings, progress, log)
     n_nodes = len(tree.left)
     # The root, the largest of all, has no better place.
     count = min(max(int(np.ceil(settings.batch * n_nodes)), FEWEST) + 1, n_nodes)

@@ -55,11 +55,9 @@ from .rearranging import (
     MOVE_WIDTH,
     Optimiser,
     Rearrangement,
+    Work,
     attach,
-    cost_of,
     detach,
-    least_gain,
-    make_moves,
     note_reinsertion,
     settled,
     sibling_of,
@@ -193,11 +191,13 @@ class Rounds:
         Before the first round and after each.
     """
 
-    def __init__(self, tree: LinkedTree, settings: CostSettings, progress: Progress) -> None:
-        self._tree, self._settings, self._progress = tree, settings, progress
-        self._moves, self._least = make_moves(MOVE_WIDTH), least_gain(tree)
+    def __init__(
+        self, tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool
+    ) -> None:
+        self._tree, self._progress = tree, progress
+        self._work = Work(tree, settings, MOVE_WIDTH, MOVES_AT_ONCE if log else 0)
         self._spare = Spare(make_search)
-        self.costs = [cost_of(tree, settings)]
+        self.costs = self._work.costs
 
     def run(self, nodes: np.ndarray) -> None:
         """Let some nodes search at once, then make their moves.
@@ -212,12 +212,12 @@ class Rounds:
         Cancelled
             From the progress.
         """
-        tree, number = self._tree, len(self.costs)
+        tree, work, number = self._tree, self._work, len(self.costs)
         places, gains = np.empty(len(nodes), np.int32), np.empty(len(nodes))
 
         def search_chunk(first: int, last: int) -> None:
             with self._spare.lent() as search:
-                call(search_range, tree, nodes, first, last, self._least, search, places, gains)
+                call(search_range, tree, nodes, first, last, work.least, search, places, gains)
 
         text = f"Searching places, round {number}"
         for_chunks(search_chunk, len(nodes), 0, self._progress, text)
@@ -229,16 +229,19 @@ class Rounds:
         for first in range(0, len(movers), MOVES_AT_ONCE):
             self._progress.report(first, len(movers), text)
             last = min(first + MOVES_AT_ONCE, len(movers))
-            call(make_range, tree, movers, targets, first, last, self._least, touched, self._moves)
+            call(make_range, tree, movers, targets, first, last, work.least, touched, work.moves)
+            work.keep_events()
         self._progress.report(len(movers), len(movers), text)
-        self.costs.append(cost_of(tree, self._settings))
+        work.end_step()
 
     def rearrangement(self) -> Rearrangement:
         """Return what all rounds did."""
-        return Rearrangement.of(self.costs, self._moves, self._tree, self._settings)
+        return self._work.done()
 
 
-def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Rearrangement:
+def optimise(
+    tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool = False
+) -> Rearrangement:
     """Reinsert in rounds until one gains less than ENOUGH; a step is a round.
 
     Raises
@@ -246,7 +249,7 @@ def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Re
     Cancelled
         From `progress`.
     """
-    rounds, nodes = Rounds(tree, settings, progress), np.arange(len(tree.left), dtype=np.int32)
+    rounds, nodes = Rounds(tree, settings, progress, log), np.arange(len(tree.left), dtype=np.int32)
     while not settled(rounds.costs):
         rounds.run(nodes)
     return rounds.rearrangement()

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ....contract.build_log import MOVE
 from ....contract.structure import CostSettings
 from ....geometry.box import area_of, union_area
 from ....kernels import call, inner, kernel
@@ -27,12 +28,11 @@ from ..topology.tree import LinkedTree
 from .rearranging import (
     Optimiser,
     Rearrangement,
-    cost_of,
+    Work,
     fit_node,
     from_leaves_up,
     hang,
-    least_gain,
-    make_moves,
+    note_event,
     note_move,
     settled,
     sibling_of,
@@ -94,9 +94,14 @@ def rotate_range(tree, nodes, first, last, least, moves):
                 if tree.left[child] >= 0:
                     fit_node(tree, child)
             note_move(moves, gain)
+            for parent in (tree.parent[a], tree.parent[b]):
+                note_event(moves, MOVE, parent, tree.left[parent], tree.right[parent], gain)
+                gain = np.nan
 
 
-def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Rearrangement:
+def optimise(
+    tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool = False
+) -> Rearrangement:
     """Rotate; a step is one pass over all nodes.
 
     Raises
@@ -104,15 +109,17 @@ def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Re
     Cancelled
         From `progress`.
     """
-    costs, moves, least = [cost_of(tree, settings)], make_moves(2), least_gain(tree)
+    work = Work(tree, settings, 2, 2 * NODES_AT_ONCE if log else 0)
 
-    def work(nodes: np.ndarray, first: int, last: int) -> None:
-        call(rotate_range, tree, nodes, first, last, least, moves)
+    def rotate(nodes: np.ndarray, first: int, last: int) -> None:
+        call(rotate_range, tree, nodes, first, last, work.least, work.moves)
+        work.keep_events()
 
-    while not settled(costs):
-        from_leaves_up(tree, NODES_AT_ONCE, work, progress, f"Rotating, pass {len(costs)}")
-        costs.append(cost_of(tree, settings))
-    return Rearrangement.of(costs, moves, tree, settings)
+    while not settled(work.costs):
+        text = f"Rotating, pass {len(work.costs)}"
+        from_leaves_up(tree, NODES_AT_ONCE, rotate, progress, text)
+        work.end_step()
+    return work.done()
 
 
 OPTIMISER = Optimiser(

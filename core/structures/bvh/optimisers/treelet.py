@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....contract.build_log import MOVE
 from ....contract.structure import CostSettings
 from ....geometry.box import area_of
 from ....kernels import call, dispatched, implements, inner, kernel
@@ -28,11 +29,10 @@ from ..topology.tree import LinkedTree
 from .rearranging import (
     Optimiser,
     Rearrangement,
-    cost_of,
+    Work,
     fit_node,
     from_leaves_up,
-    least_gain,
-    make_moves,
+    note_event,
     note_move,
     settled,
 )
@@ -244,10 +244,19 @@ def restructure_range(search, tree, nodes, first, last, least, treelet, moves):
         if gain > least:
             note_treelet(moves, gain, tree, treelet, count)
             relink(tree, treelet, count)
+            for k in range(count - 1):
+                node = treelet.inner[k]
+                note_event(moves, MOVE, node, tree.left[node], tree.right[node], gain)
+                gain = np.nan
 
 
 def restructure(
-    search: Any, most: int, tree: LinkedTree, settings: CostSettings, progress: Progress
+    search: Any,
+    most: int,
+    tree: LinkedTree,
+    settings: CostSettings,
+    progress: Progress,
+    log: bool,
 ) -> Rearrangement:
     """Restructure all treelets of `most` leaves; a step is one pass over all nodes.
 
@@ -261,19 +270,25 @@ def restructure(
     Cancelled
         From `progress`.
     """
-    treelet, moves = make_treelet(most), make_moves(treelet_width(most))
-    costs, least = [cost_of(tree, settings)], least_gain(tree)
+    room = (most - 1) * NODES_AT_ONCE if log else 0
+    treelet, work = make_treelet(most), Work(tree, settings, treelet_width(most), room)
 
-    def work(nodes: np.ndarray, first: int, last: int) -> None:
-        call(restructure_range, search, tree, nodes, first, last, least, treelet, moves)
+    def restructure_some(nodes: np.ndarray, first: int, last: int) -> None:
+        call(
+            restructure_range, search, tree, nodes, first, last, work.least, treelet, work.moves
+        )  # fmt: skip
+        work.keep_events()
 
-    while not settled(costs):
-        from_leaves_up(tree, NODES_AT_ONCE, work, progress, f"Treelets, pass {len(costs)}")
-        costs.append(cost_of(tree, settings))
-    return Rearrangement.of(costs, moves, tree, settings)
+    while not settled(work.costs):
+        text = f"Treelets, pass {len(work.costs)}"
+        from_leaves_up(tree, NODES_AT_ONCE, restructure_some, progress, text)
+        work.end_step()
+    return work.done()
 
 
-def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Rearrangement:
+def optimise(
+    tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool = False
+) -> Rearrangement:
     """Replace treelets by the best trees over their leaves.
 
     Raises
@@ -285,7 +300,7 @@ def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Re
     search = Subsets(
         np.empty((sets, 6)), np.empty(sets), np.empty(sets, np.int32), np.empty(LEAVES, np.int32)
     )
-    return restructure(search, LEAVES, tree, settings, progress)
+    return restructure(search, LEAVES, tree, settings, progress, log)
 
 
 OPTIMISER = Optimiser(

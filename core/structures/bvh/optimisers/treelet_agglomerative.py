@@ -81,7 +81,9 @@ def arrange_pairs(search, tree, treelet, count):
     return areas
 
 
-def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Rearrangement:
+def optimise(
+    tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool = False
+) -> Rearrangement:
     """Replace treelets by those that joining pairs makes, where these are better.
 
     Raises
@@ -90,7 +92,7 @@ def optimise(tree: LinkedTree, settings: CostSettings, progress: Progress) -> Re
         From `progress`.
     """
     search = Clusters(np.empty(LEAVES, np.int32), np.empty((LEAVES, 6)), np.empty((LEAVES, LEAVES)))
-    return restructure(search, LEAVES, tree, settings, progress)
+    return restructure(search, LEAVES, tree, settings, progress, log)
 
 
 OPTIMISER = Optimiser(

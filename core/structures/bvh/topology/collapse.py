@@ -21,7 +21,7 @@ from ....geometry.box import area_of
 from ....geometry.box_shape import surface_area
 from ....kernels import call, inner, kernel
 from ....settings import setting
-from .tree import LinkedTree, Tree
+from .tree import LinkedTree, Tree, root_of
 
 
 @dataclass(frozen=True)
@@ -126,6 +126,14 @@ def decide_leaves(tree, rule, below):
         below.is_leaf[node], below.cost[node] = leaf_or_node(rule, count, area, children)
 
 
+def references_below(tree: LinkedTree) -> np.ndarray:
+    """Return how many references are below every node of a linked tree, (2n - 1,) int32."""
+    below = below_of(tree)
+    call(list_preorder, tree, root_of(tree), below.preorder)
+    call(decide_leaves, tree, LeafRule(1, 0.0, 0.0), below)
+    return below.references
+
+
 @inner
 def emit_leaf(tree, node, order, done, stack, height):
     """Append the references below a node; return how many there are then."""
@@ -168,17 +176,21 @@ def emit(tree, root, is_leaf, out, order, stack):
     return taken
 
 
+def below_of(tree: LinkedTree) -> Below:
+    """Return room for what is known of the nodes of a tree."""
+    n_nodes = len(tree.left)
+    return Below(
+        np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32),
+        np.empty(n_nodes), np.empty(n_nodes, np.bool_),
+    )  # fmt: skip
+
+
 def collapse(tree: LinkedTree, rule: LeafRule) -> tuple[Tree, np.ndarray]:
     """Choose leaves and return the tree as walks take it, and its references in order, int32.
 
     A branch that gets deeper than walks can go is balanced first (:func:`limit_depth`).
     """
-    n_nodes = len(tree.left)
-    below = Below(
-        np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32), np.empty(n_nodes, np.int32),
-        np.empty(n_nodes), np.empty(n_nodes, np.bool_),
-    )  # fmt: skip
-    root = int(np.flatnonzero(tree.parent < 0)[0])
+    n_nodes, below, root = len(tree.left), below_of(tree), root_of(tree)
     call(list_preorder, tree, root, below.preorder)
     call(decide_leaves, tree, rule, below)
     if below.height[root] > MAXIMUM_DEPTH:

@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....kernels import call, kernel
+from ....contract.build_log import BuildLog
+from ....kernels import call, inner, kernel
 from ....progress import Progress
 from ....ranges import ranges
 
@@ -74,33 +75,44 @@ class LinkedTree(NamedTuple):
 
 
 class Splits(NamedTuple):
-    """The planes by which a tree was built from the top down.
+    """The splits by which a tree was built from the top down, as its builder notes them for a log.
 
     A split is known by the place in the order of references where it cuts: the first reference of
-    the right child.
+    the right child. Without any rows, nothing is noted.
 
     Attributes
     ----------
     axis : (n_references,) int8
-        -1 where a node was split by index, and where there is no split.
+        Of the plane; -1 where a node was split by index, and where there is no split.
     position : (n_references,) float64
+        NaN where a node was split by index.
     cost : (n_references,) float64
-        Cost(V -> {L, R}); 0 where a node was split by index.
+        Cost(V -> {L, R}), see :mod:`..builders.top_down.recursion`; NaN where nobody asked for it.
+    counts : (n_references, 2) int32
+        References of both children.
     """
 
     axis: np.ndarray
     position: np.ndarray
     cost: np.ndarray
+    counts: np.ndarray
 
-    def of_nodes(self, tree: Any) -> dict[str, np.ndarray]:
-        """Return all three for each node of a binary tree, by name; -1, 0 and 0 for leaves."""
-        inner = np.flatnonzero(tree.size == 0)
-        begin, _ = ranges_of(tree.first, tree.size, np.full(len(tree.size), 2))
-        cuts = begin[tree.first[inner] + 1]
-        axis = np.full(len(tree.size), -1, np.int32)
-        position, cost = np.zeros(len(tree.size)), np.zeros(len(tree.size))
-        axis[inner], position[inner], cost[inner] = (values[cuts] for values in self)
-        return {"split_axis": axis, "split_position": position, "split_cost": cost}
+
+def make_splits(count: int) -> Splits:
+    """Return room for the splits of a tree over so many references; 0 notes none."""
+    return Splits(
+        np.full(count, -1, np.int8), np.full(count, np.nan), np.full(count, np.nan),
+        np.full((count, 2), -1, np.int32),
+    )  # fmt: skip
+
+
+@inner
+def note_split(splits, cut, axis, position, cost, n_left, n_right):
+    """Note a split, if there is room."""
+    if cut < len(splits.axis):
+        splits.axis[cut], splits.cost[cut] = axis, cost
+        splits.position[cut] = position if axis >= 0 else np.nan
+        splits.counts[cut, 0], splits.counts[cut, 1] = n_left, n_right
 
 
 @dataclass(frozen=True)
@@ -117,15 +129,15 @@ class Grouping:
         Box of the part of its triangle that each reference stands for; None if it is the whole one.
     figures : dict
         Figures of this builder only, for the statistics.
-    splits : Splits, optional
-        Of builders that split by planes.
+    log : callable, optional
+        Puts the log of the building together, if it was asked for. Its cells are the nodes.
     """
 
     tree: Tree
     order: np.ndarray
     parts: np.ndarray | None = None
     figures: dict[str, Any] = field(default_factory=dict)
-    splits: Splits | None = None
+    log: Callable[[], BuildLog] | None = None
 
 
 class Builder(NamedTuple):
@@ -138,12 +150,13 @@ class Builder(NamedTuple):
     Settings : type
         Its settings dataclass.
     build : callable
-        Makes a grouping: ``build(primitives, settings, progress)``.
+        Makes a grouping: ``build(primitives, settings, progress, log)``, where `log` says whether
+        it is to have a log.
     """
 
     summary: str
     Settings: type
-    build: Callable[[Primitives, Any, Progress], Grouping]
+    build: Callable[[Primitives, Any, Progress, bool], Grouping]
 
 
 @kernel
@@ -178,6 +191,21 @@ def leaves_only(boxes: np.ndarray) -> LinkedTree:
     return LinkedTree(np.concatenate([boxes, np.empty((len(boxes) - 1, 6))]), *links)
 
 
+def root_of(tree: LinkedTree) -> int:
+    """Return the node without a parent."""
+    return int(np.flatnonzero(tree.parent < 0)[0])
+
+
+def linked_numbers(tree: Tree) -> np.ndarray:
+    """Return which node of the linked tree every node of one with one reference per leaf is."""
+    is_leaf = tree.size > 0
+    count = int(is_leaf.sum())
+    number = np.empty(len(tree.size), np.int32)
+    number[is_leaf] = tree.first[is_leaf]
+    number[~is_leaf] = count + np.arange(len(number) - count)
+    return number
+
+
 def linked(tree: Tree) -> LinkedTree:
     """Return a tree with one reference per leaf as a linked one.
 
@@ -187,12 +215,9 @@ def linked(tree: Tree) -> LinkedTree:
         If a leaf has several.
     """
     is_leaf = tree.size > 0
-    count = int(is_leaf.sum())
     if (tree.size[is_leaf] != 1).any():
         raise ValueError("a leaf has several references")
-    number = np.empty(len(tree.size), np.int32)
-    number[is_leaf] = tree.first[is_leaf]
-    number[~is_leaf] = count + np.arange(len(number) - count)
+    number = linked_numbers(tree)
     out = LinkedTree(
         np.empty((len(number), 6)), *(np.full(len(number), -1, np.int32) for _ in range(3))
     )

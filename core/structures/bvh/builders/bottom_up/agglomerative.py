@@ -32,7 +32,8 @@ import numpy as np
 from .....geometry.box import union_area
 from .....kernels import call, inner, kernel
 from .....progress import Progress
-from ...topology.collapse import LeafRule, LeafSettings, collapse
+from ...topology.build_log import grouping_of_merges
+from ...topology.collapse import LeafRule, LeafSettings
 from ...topology.tree import Builder, Grouping, LinkedTree, Primitives, leaves_only
 
 VISITS = 250_000
@@ -244,7 +245,9 @@ def cluster(boxes: np.ndarray, progress: Progress) -> LinkedTree:
     return tree
 
 
-def build(primitives: Primitives, settings: LeafSettings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: LeafSettings, progress: Progress, log: bool = False
+) -> Grouping:
     """Build the tree.
 
     Raises
@@ -252,8 +255,9 @@ def build(primitives: Primitives, settings: LeafSettings, progress: Progress) ->
     Cancelled
         From `progress`.
     """
-    rule = LeafRule.of(settings)
-    return Grouping(*collapse(cluster(primitives.boxes, progress), rule))
+    tree = cluster(primitives.boxes, progress)
+    one_by_one = np.arange(1, len(primitives.boxes))
+    return grouping_of_merges(tree, LeafRule.of(settings), one_by_one if log else None)
 
 
 BUILDER = Builder(

@@ -23,7 +23,7 @@ Construction, IEEE TVCG 24(3), 2018.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +32,8 @@ from .....kernels import call, kernel
 from .....parallel import BLOCK, Team
 from .....progress import Progress
 from .....settings import setting
-from ...topology.collapse import LeafRule, collapse
+from ...topology.build_log import grouping_of_merges
+from ...topology.collapse import LeafRule
 from ...topology.tree import Builder, Grouping, LinkedTree, Primitives, leaves_only
 from ..morton.codes import MortonSettings, sort_by_code
 
@@ -229,7 +230,9 @@ def merge_blocks(
     team.run(merge_block, count)
 
 
-def build(primitives: Primitives, settings: Settings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: Settings, progress: Progress, log: bool = False
+) -> Grouping:
     """Sort, merge, choose leaves.
 
     Raises
@@ -243,9 +246,10 @@ def build(primitives: Primitives, settings: Settings, progress: Progress) -> Gro
         counts = [len(order)]
         for clusters in iterations(tree, settings.radius, team):
             counts.append(len(clusters))
-    rule = LeafRule.of(settings)
-    collapsed, references = collapse(tree, rule)
-    return Grouping(collapsed, order[references], figures={"clusters": counts})
+    merged = -np.diff(counts)
+    iteration = np.repeat(np.arange(1, len(counts)), merged) if log else None
+    made = grouping_of_merges(tree, LeafRule.of(settings), iteration)
+    return replace(made, order=order[made.order], figures={"clusters": counts})
 
 
 BUILDER = Builder(

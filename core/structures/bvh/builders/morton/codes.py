@@ -74,6 +74,55 @@ def encode(boxes, low, scale, cells, codes, first, last):
         codes[i] = code
 
 
+def scale_of(low: np.ndarray, high: np.ndarray, bits: int) -> np.ndarray:
+    """Return how many cells of the grid there are per unit along each axis, (3,).
+
+    Parameters
+    ----------
+    low, high : (3,) float64
+        Of the centroids, doubled.
+    """
+    with np.errstate(divide="ignore", over="ignore"):
+        scale = (1 << bits // 3) / (high - low)
+    scale[~np.isfinite(scale)] = 0.0  # an axis along which all centroids are the same
+    return scale
+
+
+def planes_between(
+    codes: np.ndarray, others: np.ndarray, boxes: np.ndarray, bits: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the planes of the grid that part codes at the highest bit in which two differ.
+
+    Parameters
+    ----------
+    codes, others : (k,) int64
+        The lower and the higher of each pair.
+    boxes : (n, 6) float64
+        That the grid is laid over.
+
+    Returns
+    -------
+    axis : (k,) int8
+        -1 where both are the same.
+    position : (k,) float64
+    """
+    centroids = boxes[:, :3] + boxes[:, 3:]
+    low = centroids.min(axis=0)
+    scale = scale_of(low, centroids.max(axis=0), bits)
+    differ = codes ^ others
+    highest = np.full(len(codes), -1)
+    for bit in range(bits):
+        highest[differ >> bit > 0] = bit
+    axis = np.where(highest >= 0, 2 - highest % 3, -1)
+    cell = np.zeros(len(codes), np.int64)  # the first one above the plane
+    for bit in range(bits // 3):
+        place = 3 * bit + 2 - axis
+        cell |= np.where(place >= highest, others >> place & 1, 0) << bit
+    with np.errstate(divide="ignore", invalid="ignore"):
+        position = 0.5 * (low[axis] + cell / scale[axis])
+    return axis.astype(np.int8), np.where(axis >= 0, position, np.nan)
+
+
 def codes_of(boxes: np.ndarray, bits: int, team: Team) -> np.ndarray:
     """Return the Morton codes of the centroids of boxes.
 
@@ -100,12 +149,8 @@ def codes_of(boxes: np.ndarray, bits: int, team: Team) -> np.ndarray:
         return bounds
 
     bounds = np.array(team.run(bound, len(boxes)))
-    low, extent = bounds[:, :3].min(axis=0), bounds[:, 3:].max(axis=0)
-    extent -= low
-    cells = 1 << bits // 3
-    with np.errstate(divide="ignore", over="ignore"):
-        scale = cells / extent
-    scale[~np.isfinite(scale)] = 0.0  # an axis along which all centroids are the same
+    low, high = bounds[:, :3].min(axis=0), bounds[:, 3:].max(axis=0)
+    cells, scale = 1 << bits // 3, scale_of(low, high, bits)
     codes = np.empty(len(boxes), np.int64)
     team.run(lambda *block: call(encode, boxes, low, scale, cells, codes, *block), len(boxes))
     return codes

@@ -17,16 +17,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .....contract.build_log import BuildLog
 from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....geometry.box import area_of, clear, include
 from .....kernels import call, inner, kernel
 from .....parallel import Team
 from .....progress import Progress
 from .....ranges import ranges
-from ...topology.tree import Builder, Grouping, Primitives
+from ...topology.build_log import log_of_splits
+from ...topology.tree import Builder, Grouping, Primitives, Splits, make_splits, note_split
 from ..top_down.binned_sah import bins_setting
 from .codes import MortonSettings, sort_by_code
-from .lbvh import Intervals, complete, make_intervals
+from .lbvh import Intervals, complete, make_intervals, splits_by_codes
 
 TREELET_BITS = 15
 """Leading bits that all codes of a treelet have in common: cells of a grid of 32 x 32 x 32."""
@@ -106,7 +108,7 @@ def find_best(boxes, number, first, last, bins):
 
 
 @kernel
-def build_top(top, boxes, number, deepest, bins, stack):
+def build_top(top, boxes, number, deepest, bins, splits, stack):
     """Build the tree above the treelets, as if each were a single reference.
 
     Parameters
@@ -119,6 +121,9 @@ def build_top(top, boxes, number, deepest, bins, stack):
         The treelets, in an order that becomes that of the tree.
     deepest : int
         Depth at which every treelet must have its root at the latest.
+    splits : Splits
+        Gets the planes; references are treelets, and costs are left out, since they are not
+        counted in triangles.
     """
     stack[0, 0], stack[0, 1] = 0, 0
     height, child = 1, 1
@@ -129,11 +134,12 @@ def build_top(top, boxes, number, deepest, bins, stack):
         last = first + top.size[node]
         if last - first == 1:
             continue
-        middle = (first + last) >> 1
+        middle, split_axis, position = (first + last) >> 1, -1, 0.0
         # As long as halving would still do below.
         if last - first <= 1 << deepest - depth - 1:
             axis, low, scale, last_left = find_best(boxes, number, first, last, bins)
             if axis >= 0:
+                split_axis, position = axis, 0.5 * (low + (last_left + 1) / scale)
                 i, middle = first, last
                 while i < middle:
                     if bin_of(boxes[number[i]], axis, low, scale) <= last_left:
@@ -141,6 +147,7 @@ def build_top(top, boxes, number, deepest, bins, stack):
                     else:
                         middle -= 1
                         number[i], number[middle] = number[middle], number[i]
+        note_split(splits, middle, split_axis, position, np.nan, middle - first, last - middle)
         top.first[node] = child
         top.begin[child], top.size[child] = first, middle - first
         top.begin[child + 1], top.size[child + 1] = middle, last - middle
@@ -150,7 +157,9 @@ def build_top(top, boxes, number, deepest, bins, stack):
         child += 2
 
 
-def build(primitives: Primitives, settings: Settings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: Settings, progress: Progress, log: bool = False
+) -> Grouping:
     """Sort, build the tree above the treelets, then the treelets.
 
     Raises
@@ -167,7 +176,8 @@ def build(primitives: Primitives, settings: Settings, progress: Progress) -> Gro
         levels = bits - TREELET_BITS + int(sizes.max()).bit_length()
         deepest = min(MAXIMUM_DEPTH - levels, 62)  # a power of two of that is still a number
         boxes = boxes_around(primitives.boxes[order], starts)
-        top, number = top_of(boxes, deepest, settings.bins)
+        top_splits = make_splits(len(starts) if log else 0)
+        top, number = top_of(boxes, deepest, settings.bins, top_splits)
         upper, roots = np.flatnonzero(top.size > 1), np.flatnonzero(top.size == 1)
         # From treelets to references, which follow their treelets into the new order.
         sizes = sizes[number]
@@ -179,7 +189,19 @@ def build(primitives: Primitives, settings: Settings, progress: Progress) -> Gro
         tree = complete(
             top, upper.tolist(), roots.tolist(), codes, primitives.boxes, order, settings, team
         )
-    return Grouping(tree, order)
+    if not log:
+        return Grouping(tree, order)
+
+    def told() -> BuildLog:
+        splits = splits_by_codes(tree, codes, primitives.boxes, bits)
+        between = begins[1:-1]  # treelets
+        splits.axis[between], splits.position[between] = (
+            top_splits.axis[1:],
+            top_splits.position[1:],
+        )
+        return log_of_splits(tree, splits, by_level=True)
+
+    return Grouping(tree, order, log=told)
 
 
 def boxes_around(boxes: np.ndarray, starts: np.ndarray) -> np.ndarray:
@@ -189,12 +211,14 @@ def boxes_around(boxes: np.ndarray, starts: np.ndarray) -> np.ndarray:
     return np.concatenate([low, high], axis=1)
 
 
-def top_of(boxes: np.ndarray, deepest: int, bins: int) -> tuple[Intervals, np.ndarray]:
+def top_of(
+    boxes: np.ndarray, deepest: int, bins: int, splits: Splits
+) -> tuple[Intervals, np.ndarray]:
     """Return the tree above treelets with these boxes, and the order in which it has them."""
     top, number = make_intervals(2 * len(boxes) - 1), np.arange(len(boxes))
     top.size[0] = len(boxes)
     stack = np.empty((STACK_SIZE, 2), np.int64)
-    call(build_top, top, boxes, number, deepest, make_bins(bins), stack)
+    call(build_top, top, boxes, number, deepest, make_bins(bins), splits, stack)
     return top, number
 
 

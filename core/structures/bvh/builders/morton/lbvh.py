@@ -18,14 +18,25 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .....contract.build_log import BuildLog
 from .....contract.workspace import STACK_SIZE
 from .....geometry.box import area_of
 from .....kernels import call, inner, kernel
 from .....parallel import Team
 from .....progress import Progress
+from ...topology.build_log import log_of_splits
 from ...topology.collapse import LeafRule, leaf_or_node
-from ...topology.tree import Builder, Grouping, Primitives, Tree, copy_depth_first
-from .codes import MortonSettings, sort_by_code
+from ...topology.tree import (
+    Builder,
+    Grouping,
+    Primitives,
+    Splits,
+    Tree,
+    copy_depth_first,
+    make_splits,
+    ranges_of,
+)
+from .codes import MortonSettings, planes_between, sort_by_code
 
 SUBTREE = 1 << 13
 """References up to which a subtree is built by one thread alone, in memory that fits its cache."""
@@ -188,7 +199,9 @@ def place_parts(parts, source, out, first, last):
             out.first[new] = source.first[old] + (shift if source.size[old] == 0 else 0)
 
 
-def build(primitives: Primitives, settings: MortonSettings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: MortonSettings, progress: Progress, log: bool = False
+) -> Grouping:
     """Sort, cut, choose leaves.
 
     Raises
@@ -201,7 +214,34 @@ def build(primitives: Primitives, settings: MortonSettings, progress: Progress) 
         top = make_intervals(1)
         top.size[0] = len(codes)
         tree = complete(top, [], [0], codes, primitives.boxes, order, settings, team)
-    return Grouping(tree, order)
+    if not log:
+        return Grouping(tree, order)
+    boxes, bits = primitives.boxes, int(settings.morton_bits)
+    return Grouping(tree, order, log=lambda: log_of_codes(tree, codes, boxes, bits))
+
+
+def splits_by_codes(tree: Tree, codes: np.ndarray, boxes: np.ndarray, bits: int) -> Splits:
+    """Return the splits of a tree whose nodes are intervals of sorted codes, (n,) int64.
+
+    Parameters
+    ----------
+    boxes : (n, 6) float64
+        Of the triangles, in any order.
+    """
+    begin, end = ranges_of(tree.first, tree.size, np.full(len(tree.size), 2))
+    inner = np.flatnonzero(tree.size == 0)
+    begin, end, cuts = begin[inner], end[inner], begin[tree.first[inner] + 1]
+    splits = make_splits(len(codes))
+    splits.axis[cuts], splits.position[cuts] = planes_between(
+        codes[begin], codes[end - 1], boxes, bits
+    )
+    splits.counts[cuts, 0], splits.counts[cuts, 1] = cuts - begin, end - cuts
+    return splits
+
+
+def log_of_codes(tree: Tree, codes: np.ndarray, boxes: np.ndarray, bits: int) -> BuildLog:
+    """Return the log of such a tree, a level a step."""
+    return log_of_splits(tree, splits_by_codes(tree, codes, boxes, bits), by_level=True)
 
 
 def complete(

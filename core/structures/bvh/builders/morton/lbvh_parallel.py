@@ -26,6 +26,7 @@ from .....progress import Progress
 from ...topology.collapse import LeafRule, collapse
 from ...topology.tree import Builder, Grouping, Primitives, leaves_only
 from .codes import MortonSettings, sort_by_code
+from .lbvh import log_of_codes
 
 
 @inner
@@ -105,7 +106,9 @@ def fit_upwards(tree, arrived, first, last):
             node = tree.parent[node]
 
 
-def build(primitives: Primitives, settings: MortonSettings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: MortonSettings, progress: Progress, log: bool = False
+) -> Grouping:
     """Sort, link all nodes, fit them, choose leaves.
 
     Raises
@@ -125,7 +128,14 @@ def build(primitives: Primitives, settings: MortonSettings, progress: Progress) 
         call(fit_upwards, tree, arrived, first, min(first + BLOCK, len(codes)))
     rule = LeafRule.of(settings)
     collapsed, references = collapse(tree, rule)
-    return Grouping(collapsed, order[references])
+    if not log:
+        return Grouping(collapsed, order[references])
+    boxes, bits, codes_there = primitives.boxes, int(settings.morton_bits), codes[references]
+    return Grouping(
+        collapsed,
+        order[references],
+        log=lambda: log_of_codes(collapsed, codes_there, boxes, bits),
+    )
 
 
 BUILDER = Builder(

@@ -114,6 +114,12 @@ def join_children(rtree, nodes, tree, made, heads, waiting):
     return made
 
 
+def binary_levels(rtree: RTree) -> np.ndarray:
+    """Return the level at which :func:`binary` makes each of its inner nodes, (n - 1,) int32."""
+    upward = np.argsort(rtree.level, kind="stable")
+    return np.repeat(rtree.level[upward], rtree.size[upward] - 1)
+
+
 def binary(rtree: RTree, progress: Progress) -> LinkedTree:
     """Return an R-tree as a binary tree.
 

@@ -21,15 +21,17 @@ A. Guttman: R-Trees: A Dynamic Index Structure for Spatial Searching, SIGMOD 198
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .....contract.build_log import INSERT, BuildLog
 from .....geometry.box import area_of, union_area
 from .....kernels import call, inner, kernel
 from .....progress import Progress
 from .....settings import setting
-from ...topology.collapse import LeafRule, LeafSettings, collapse
+from ...topology.build_log import grouping_of_merges
+from ...topology.collapse import LeafRule, LeafSettings
 from ...topology.tree import Builder, Grouping, Primitives
 from .nodes import LEAST, MOST, RTree, binary, enlarge
 
@@ -235,7 +237,9 @@ def insert_all(boxes: np.ndarray, *, is_linear: bool, progress: Progress) -> RTr
     )
 
 
-def build(primitives: Primitives, settings: Settings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: Settings, progress: Progress, log: bool = False
+) -> Grouping:
     """Build the tree.
 
     Raises
@@ -245,8 +249,29 @@ def build(primitives: Primitives, settings: Settings, progress: Progress) -> Gro
     """
     is_linear = settings.rtree_split == "linear"
     rtree = insert_all(primitives.boxes, is_linear=is_linear, progress=progress)
-    rule = LeafRule.of(settings)
-    return Grouping(*collapse(binary(rtree, progress), rule))
+    tree, rule = binary(rtree, progress), LeafRule.of(settings)
+    if not log:
+        return grouping_of_merges(tree, rule, None)
+    # A node is complete when the last of its triangles has been inserted.
+    n, complete = len(primitives.boxes), np.arange(1, len(tree.left) + 1)
+    call(find_last, tree, complete)
+    made = grouping_of_merges(tree, rule, complete[n:])
+    return replace(made, log=lambda: with_insertions(made, n))
+
+
+@kernel
+def find_last(tree, complete):
+    """Write for each inner node the last step of those below it; children come before parents."""
+    for node in range((len(complete) + 1) // 2, len(complete)):
+        complete[node] = max(complete[tree.left[node]], complete[tree.right[node]])
+
+
+def with_insertions(made: Grouping, count: int) -> BuildLog:
+    """Return the log of a grouping with the insertion of every triangle, a step each."""
+    assert made.log is not None
+    merges, references = made.log(), np.arange(count)
+    inserted = BuildLog.of(INSERT, references + 1, references, cells=merges.cells)
+    return inserted.merged_with(merges)
 
 
 BUILDER = Builder(

@@ -16,9 +16,10 @@ import math
 import numpy as np
 
 from .....progress import Progress
-from ...topology.collapse import LeafRule, LeafSettings, collapse
+from ...topology.build_log import grouping_of_merges
+from ...topology.collapse import LeafRule, LeafSettings
 from ...topology.tree import Builder, Grouping, Primitives
-from .nodes import LEAST, MOST, RTree, binary
+from .nodes import LEAST, MOST, RTree, binary, binary_levels
 
 
 def slab_size(count: int, axis: int) -> int:
@@ -98,7 +99,9 @@ def pack(boxes: np.ndarray, progress: Progress) -> RTree:
     return RTree(*map(np.concatenate, (all_boxes, children, sizes, levels)))
 
 
-def build(primitives: Primitives, settings: LeafSettings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: LeafSettings, progress: Progress, log: bool = False
+) -> Grouping:
     """Build the tree.
 
     Raises
@@ -107,8 +110,8 @@ def build(primitives: Primitives, settings: LeafSettings, progress: Progress) ->
         From `progress`.
     """
     rtree = pack(primitives.boxes, progress)
-    rule = LeafRule.of(settings)
-    return Grouping(*collapse(binary(rtree, progress), rule))
+    level = 1 + binary_levels(rtree) if log else None
+    return grouping_of_merges(binary(rtree, progress), LeafRule.of(settings), level)
 
 
 BUILDER = Builder(

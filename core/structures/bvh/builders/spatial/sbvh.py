@@ -18,6 +18,7 @@ Hierarchies, EGPGV 2016 (shares of free memory).
 
 from __future__ import annotations
 
+import functools
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -33,7 +34,16 @@ from .....parallel import core_count
 from .....progress import Progress
 from .....ranges import ranges
 from .....settings import setting
-from ...topology.tree import Builder, Grouping, Primitives, Tree
+from ...topology.build_log import log_of_splits
+from ...topology.tree import (
+    Builder,
+    Grouping,
+    Primitives,
+    Splits,
+    Tree,
+    make_splits,
+    note_split,
+)
 from ..top_down.binned_sah import BinnedSettings
 from ..top_down.recursion import TEXT, Limits, compact, enclose_boxes, limits_of
 from .chop import References
@@ -94,12 +104,15 @@ class Growing(NamedTuple):
         As in :class:`...topology.tree.Tree`; a size of -1 marks a number that no node has taken.
     cut_depth : (n_nodes,) int8
         Depth of a node with a spatial split; -1 for all others.
+    splits : Splits
+        Notes for the log.
     """
 
     boxes: np.ndarray
     first: np.ndarray
     size: np.ndarray
     cut_depth: np.ndarray
+    splits: Splits
 
 
 class Scratch(NamedTuple):
@@ -178,7 +191,7 @@ def split_node(tree, references, node, first, count, room, depth, rule, scratch)
         bounds[2, 0], bounds[2, 1] = axis, plane
     if n_left == 0 or n_right == 0:
         # Nothing tells them apart: split by index.
-        kind, n_left, n_right = OBJECT, count // 2, count - count // 2
+        kind, axis, n_left, n_right = OBJECT, -1, count // 2, count - count // 2
     # What is free goes to the children by their sizes. As many of the right ones as the gap is
     # wide go from in front of the others to behind them.
     free = room - n_left - n_right
@@ -188,6 +201,11 @@ def split_node(tree, references, node, first, count, room, depth, rule, scratch)
     left_room = n_left + gap
     tree.first[node], tree.size[node] = 2 * (first + left_room) - 1, 0
     tree.cut_depth[node] = depth if kind == SPATIAL else -1
+    split_cost = np.nan
+    if axis >= 0 and area > 0.0:
+        split_cost = limits.c_trav + limits.c_isect * cost / area
+    position = bounds[2, 1] if kind == SPATIAL else 0.5 * bounds[2, 1]
+    note_split(tree.splits, first + left_room, axis, position, split_cost, n_left, n_right)
     return n_left, n_right, left_room
 
 
@@ -260,7 +278,7 @@ class Construction:
     root : Node
     """
 
-    def __init__(self, primitives: Primitives, settings: Settings) -> None:
+    def __init__(self, primitives: Primitives, settings: Settings, log: bool = False) -> None:
         count = len(primitives.boxes)
         room = int(settings.duplication * count)
         boxes, triangle = np.empty((room, 6)), np.empty(room, np.int32)
@@ -271,6 +289,7 @@ class Construction:
         self.tree = Growing(
             np.empty((n_nodes, 6)), np.empty(n_nodes, np.int32),
             np.full(n_nodes, -1, np.int32), np.full(n_nodes, -1, np.int8),
+            make_splits(room if log else 0),
         )  # fmt: skip
         whole = np.concatenate([boxes[:count, :3].min(axis=0), boxes[:count, 3:].max(axis=0)])
         self.rule = SplitRule(
@@ -303,7 +322,9 @@ class Construction:
         )
 
 
-def build(primitives: Primitives, settings: Settings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: Settings, progress: Progress, log: bool = False
+) -> Grouping:
     """Build the tree.
 
     Raises
@@ -311,7 +332,7 @@ def build(primitives: Primitives, settings: Settings, progress: Progress) -> Gro
     Cancelled
         From `progress`.
     """
-    work = Construction(primitives, settings)
+    work = Construction(primitives, settings, log)
     total, done = len(primitives.boxes), 0
     # The upper part, node by node; what is small enough is put aside.
     pending, subtrees = [work.root], []
@@ -334,13 +355,13 @@ def build(primitives: Primitives, settings: Settings, progress: Progress) -> Gro
         finally:
             for future in futures:
                 future.cancel()
-    return finished(work)
+    return finished(work, log)
 
 
 # ------------------------------------------------------------------------------ without the gaps
 
 
-def finished(work: Construction) -> Grouping:
+def finished(work: Construction, log: bool) -> Grouping:
     """Return the tree without the room that was not needed."""
     growing = work.tree
     tree = compact(Tree(growing.boxes, growing.first, growing.size))
@@ -351,7 +372,12 @@ def finished(work: Construction) -> Grouping:
     tree.first[leaves] = np.cumsum(size) - size
     are_whole = len(kept) == work.root.size
     parts = None if are_whole else work.references.boxes[kept]
-    return Grouping(tree, work.references.triangle[kept], parts, figures_of(work, len(kept)))
+    told = None
+    if log:
+        splits = Splits(*(column[kept] for column in growing.splits))
+        told = functools.partial(log_of_splits, tree, splits, by_level=False)
+    order, figures = work.references.triangle[kept], figures_of(work, len(kept))
+    return Grouping(tree, order, parts, figures, told)
 
 
 def figures_of(work: Construction, n_references: int) -> dict[str, Any]:

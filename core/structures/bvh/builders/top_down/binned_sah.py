@@ -192,7 +192,9 @@ def rules(
     return make_rule, order
 
 
-def build(primitives: Primitives, settings: BinnedSettings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: BinnedSettings, progress: Progress, log: bool = False
+) -> Grouping:
     """Build the tree; the boxes of the primitives are reordered.
 
     Raises
@@ -201,8 +203,8 @@ def build(primitives: Primitives, settings: BinnedSettings, progress: Progress) 
         From `progress`.
     """
     make_rule, order = rules(primitives, settings)
-    tree, splits = grow(make_rule, len(order), progress)
-    return Grouping(tree, order, splits=splits)
+    tree, told = grow(make_rule, len(order), progress, log)
+    return Grouping(tree, order, log=told)
 
 
 BUILDER = Builder(

@@ -96,7 +96,11 @@ def axis_to_divide(limits, centroids, depth):
 
 
 def group_by(
-    rule: Callable[..., Any], primitives: Primitives, settings: TopDownSettings, progress: Progress
+    rule: Callable[..., Any],
+    primitives: Primitives,
+    settings: TopDownSettings,
+    progress: Progress,
+    log: bool,
 ) -> Grouping:
     """Build a tree by a rule that has nothing but limits, bounds, sides, boxes and order.
 
@@ -111,5 +115,5 @@ def group_by(
     def make_rule() -> Any:
         return rule(limits, np.empty((2, 6)), np.empty((2, 6)), boxes, order)
 
-    tree, splits = grow(make_rule, len(order), progress)
-    return Grouping(tree, order, splits=splits)
+    tree, told = grow(make_rule, len(order), progress, log)
+    return Grouping(tree, order, log=told)

@@ -95,7 +95,9 @@ def divide_selection(rule, first, count, axis, place, position):
     return count // 2
 
 
-def build(primitives: Primitives, settings: TopDownSettings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: TopDownSettings, progress: Progress, log: bool = False
+) -> Grouping:
     """Build the tree; the boxes of the primitives are reordered.
 
     Raises
@@ -103,7 +105,7 @@ def build(primitives: Primitives, settings: TopDownSettings, progress: Progress)
     Cancelled
         From `progress`.
     """
-    return group_by(Selection, primitives, settings, progress)
+    return group_by(Selection, primitives, settings, progress, log)
 
 
 BUILDER = Builder(

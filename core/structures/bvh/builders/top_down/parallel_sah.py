@@ -12,6 +12,7 @@ Eurographics 2009.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
@@ -21,6 +22,7 @@ import numpy as np
 from .....kernels import call, inner, kernel
 from .....parallel import Spare, core_count
 from .....progress import Progress
+from ...topology.build_log import log_of_splits
 from ...topology.tree import Builder, Grouping, Primitives, Splits, Tree
 from .binned_sah import BinnedSettings
 from .parallel_split import (
@@ -144,7 +146,11 @@ def compact_queue(output, places, compacted):
 
 
 def levels_of(
-    make_rule: Callable[[], DataParallel], tree: Tree, splits: Splits, progress: Progress
+    make_rule: Callable[[], DataParallel],
+    count: int,
+    tree: Tree,
+    splits: Splits,
+    progress: Progress,
 ) -> Iterator[Level]:
     """Build a tree level by level; yield each level when it is done.
 
@@ -155,6 +161,8 @@ def levels_of(
     ----------
     make_rule : callable
         Returns a rule with scratch memory of its own, for one thread.
+    count : int
+        Triangles.
     tree, splits
         From :func:`.recursion.room_for`.
 
@@ -163,7 +171,6 @@ def levels_of(
     Cancelled
         From `progress`; calls under way are awaited first.
     """
-    count = len(splits.axis)
     queue = np.array([[0, 0, count, 0]], np.int64)
     spare = Spare(make_rule)
 
@@ -234,7 +241,9 @@ def chunks_of(counts: np.ndarray, largest: int) -> list[tuple[int, int]]:
     return list(zip([0, *ends[:-1]], ends, strict=True))
 
 
-def build(primitives: Primitives, settings: BinnedSettings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: BinnedSettings, progress: Progress, log: bool = False
+) -> Grouping:
     """Build the tree level by level; the boxes of the primitives are reordered.
 
     The figures are the length of the queue at every level, and how many of its nodes were split.
@@ -245,13 +254,15 @@ def build(primitives: Primitives, settings: BinnedSettings, progress: Progress) 
         From `progress`.
     """
     make_rule, order = rules(primitives, settings)
-    tree, splits = room_for(len(order))
+    tree, splits = room_for(len(order), log)
     lengths, split = [], []
-    for level in levels_of(make_rule, tree, splits, progress):
+    for level in levels_of(make_rule, len(order), tree, splits, progress):
         lengths.append(len(level.queue))
         split.append(level.n_split())
     figures = {"queue_lengths": lengths, "queue_splits": split}
-    return Grouping(compact(tree), order, figures=figures, splits=splits)
+    out = compact(tree)
+    told = functools.partial(log_of_splits, out, splits, by_level=True) if log else None
+    return Grouping(out, order, figures=figures, log=told)
 
 
 BUILDER = Builder(

@@ -15,6 +15,7 @@ on different threads.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -22,14 +23,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .....contract.build_log import BuildLog
 from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....geometry.box import area_of
 from .....kernels import call, dispatched, inner, kernel
 from .....parallel import Spare, core_count
 from .....progress import Progress
 from .....settings import setting
+from ...topology.build_log import log_of_splits
 from ...topology.collapse import LeafSettings
-from ...topology.tree import Splits, Tree, copy_depth_first
+from ...topology.tree import Splits, Tree, copy_depth_first, make_splits, note_split
 
 SUBTREE = 1 << 16
 """Triangles up to which a subtree is built by one kernel call, in some 50 ms. Between calls the
@@ -171,9 +174,10 @@ def settle(rule, tree, splits, node, first, count, axis, place, position, cost):
             n_left = divided
     cut = first + n_left
     tree.first[node], tree.size[node] = 2 * cut - 1, 0
-    splits.axis[cut], splits.position[cut] = axis, position
+    split_cost = np.nan
     if cost < np.inf and area > 0.0:
-        splits.cost[cut] = limits.c_trav + limits.c_isect * cost / area
+        split_cost = limits.c_trav + limits.c_isect * cost / area
+    note_split(splits, cut, axis, position, split_cost, n_left, count - n_left)
     return n_left
 
 
@@ -222,14 +226,14 @@ def build_subtree(rule, tree, splits, node, first, count, depth, stack, only_one
 # ------------------------------------------------------------------------------------ all nodes
 
 
-def room_for(count: int) -> tuple[Tree, Splits]:
-    """Return room for a tree over so many triangles.
+def room_for(count: int, log: bool = False) -> tuple[Tree, Splits]:
+    """Return room for a tree over so many triangles, and for notes of its splits if asked.
 
     A size of -1 marks a number that no node has taken.
     """
     n_nodes = 2 * count - 1
     tree = Tree(np.zeros((n_nodes, 6)), np.zeros(n_nodes, np.int32), np.full(n_nodes, -1, np.int32))
-    return tree, Splits(np.full(count, -1, np.int8), np.zeros(count), np.zeros(count))
+    return tree, make_splits(count if log else 0)
 
 
 def compact(tree: Tree) -> Tree:
@@ -241,9 +245,15 @@ def compact(tree: Tree) -> Tree:
 
 
 def grow(
-    make_rule: Callable[[], Any], count: int, progress: Progress, subtree: int = SUBTREE
-) -> tuple[Tree, Splits]:
+    make_rule: Callable[[], Any],
+    count: int,
+    progress: Progress,
+    log: bool,
+    subtree: int = SUBTREE,
+) -> tuple[Tree, Callable[[], BuildLog] | None]:
     """Build a tree over so many triangles.
+
+    Returns it, and what puts the log together, if `log` asks for one.
 
     Parameters
     ----------
@@ -257,7 +267,7 @@ def grow(
     Cancelled
         From `progress`; calls under way are awaited first.
     """
-    tree, splits = room_for(count)
+    tree, splits = room_for(count, log)
     spare = Spare(lambda: (make_rule(), np.empty((STACK_SIZE, 4), np.int64)))
 
     def work(node: int, first: int, size: int, depth: int) -> list[tuple[int, int, int, int]]:
@@ -289,4 +299,5 @@ def grow(
         finally:
             for future in pending:
                 future.cancel()
-    return compact(tree), splits
+    out = compact(tree)
+    return out, functools.partial(log_of_splits, out, splits, by_level=False) if log else None

@@ -63,7 +63,9 @@ def divide_halving(rule, first, count, axis, place, position):
     return divide_by_plane(rule.boxes, rule.order, first, count, axis, 2.0 * position, EVERY)
 
 
-def build(primitives: Primitives, settings: TopDownSettings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: TopDownSettings, progress: Progress, log: bool = False
+) -> Grouping:
     """Build the tree; the boxes of the primitives are reordered.
 
     Raises
@@ -71,7 +73,7 @@ def build(primitives: Primitives, settings: TopDownSettings, progress: Progress)
     Cancelled
         From `progress`.
     """
-    return group_by(Halving, primitives, settings, progress)
+    return group_by(Halving, primitives, settings, progress, log)
 
 
 BUILDER = Builder(

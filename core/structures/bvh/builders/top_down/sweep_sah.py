@@ -178,7 +178,9 @@ def rules(
     return make_rule, lists[0]
 
 
-def build(primitives: Primitives, settings: TopDownSettings, progress: Progress) -> Grouping:
+def build(
+    primitives: Primitives, settings: TopDownSettings, progress: Progress, log: bool = False
+) -> Grouping:
     """Build the tree.
 
     Raises
@@ -188,8 +190,8 @@ def build(primitives: Primitives, settings: TopDownSettings, progress: Progress)
     """
     progress.report(0, len(primitives.boxes), TEXT)
     make_rule, order = rules(primitives, settings)
-    tree, splits = grow(make_rule, len(order), progress, SUBTREE)
-    return Grouping(tree, order, splits=splits)
+    tree, told = grow(make_rule, len(order), progress, log, SUBTREE)
+    return Grouping(tree, order, log=told)
 
 
 BUILDER = Builder(
