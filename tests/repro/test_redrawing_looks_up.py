@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from accelscope.addon.drawing import selection
+from accelscope.addon.drawing import selection, shown
 from accelscope.addon.drawing.drawable import TEXTURE_WIDTH, make_drawable
 from accelscope.core.contract.cells import NEVER, Cells
 from accelscope.core.settings import parse, parse_spec
@@ -55,7 +55,7 @@ def ask(drawable, settings):
     """Ask what a redraw asks."""
     extent, sections = drawable.extent, drawable.sections
     selection.colour_maximum(extent, settings)
-    selection.shown_text(drawable, settings)
+    shown.in_words(drawable, settings)
     selection.drawn_runs(sections, settings, settings.replay)
     for faces in (drawable.plane_faces, drawable.empty_faces):
         selection.depth_run(faces.depth, settings)
@@ -130,8 +130,8 @@ def test_what_is_drawn_is_bounded_and_said(spec, monkeypatch):
     kept = len(some.sections.order)
     assert kept <= 300
     assert int(some.edges.starts[-1]) <= 2500
-    assert f"of {selection.spaced(len(cells))} cells (at most {kept} are kept)" in (
-        selection.shown_text(some, display(hide_empty=False))
+    assert f"of {shown.spaced(len(cells))} cells (at most {kept} are kept)" in (
+        shown.in_words(some, display(hide_empty=False))
     )
     # Every kind keeps those nearest to the root.
     first = 0
@@ -154,11 +154,11 @@ def test_boxes_around_shapes_are_said(monkeypatch):
 
     monkeypatch.setattr(hierarchy, "MOST_SHAPES", 50)
     drawable = make_drawable(cells_of("bvh:volume=kdop14"))
-    text = selection.shown_text(drawable, display())
+    text = shown.in_words(drawable, display())
     assert text.endswith(
         "; the 50 nearest to the root in their shape, deeper ones as the boxes around them"
     )
-    assert "shape" not in selection.shown_text(make_drawable(cells_of("bvh")), display())
+    assert "shape" not in shown.in_words(make_drawable(cells_of("bvh")), display())
     n_boxes, n_edges = int(drawable.boxes.starts[-1]), int(drawable.edges.starts[-1])
     assert n_boxes == len(drawable.cells) - 50
     assert n_edges > 50 * 6

@@ -219,7 +219,7 @@ def hierarchies_in_steps() -> Steps:
         display.step = int(cells.extra["order"].max()) * (1 if has_planes else 3) // 4
         yield 0.5
         station(f"{builder}-replay")
-        display.replay = False
+        display.replay, display.leaves_only = False, has_planes  # from below, leaves are all blue
         display.colour_by = "order"
         yield 0.5
         station(f"{builder}-by-order")
