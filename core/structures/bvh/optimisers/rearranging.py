@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -339,6 +339,15 @@ def note_reinsertion(moves, gain, tree, node, sibling, place):
             moves.rows[row, 20 + side] = tree.boxes[place, side]
 
 
+class Optimises(Protocol):
+    """Rearranges a tree in place; all moves are kept if asked for."""
+
+    def __call__(
+        self, tree: LinkedTree, settings: Any, progress: Progress, log: bool = ...
+    ) -> Rearrangement:
+        """Rearrange a tree as settings say."""
+
+
 class Optimiser(NamedTuple):
     """A way to rearrange a finished tree.
 
@@ -355,4 +364,4 @@ class Optimiser(NamedTuple):
 
     summary: str
     Settings: type
-    optimise: Callable[[LinkedTree, Any, Progress, bool], Rearrangement] | None
+    optimise: Optimises | None

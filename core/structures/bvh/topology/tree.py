@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -140,6 +140,15 @@ class Grouping:
     log: Callable[[], BuildLog] | None = None
 
 
+class Builds(Protocol):
+    """Makes a grouping, with a log if asked for one."""
+
+    def __call__(
+        self, primitives: Primitives, settings: Any, progress: Progress, log: bool = ...
+    ) -> Grouping:
+        """Group primitives as settings say."""
+
+
 class Builder(NamedTuple):
     """A way to group primitives.
 
@@ -156,7 +165,7 @@ class Builder(NamedTuple):
 
     summary: str
     Settings: type
-    build: Callable[[Primitives, Any, Progress, bool], Grouping]
+    build: Builds
 
 
 @kernel
