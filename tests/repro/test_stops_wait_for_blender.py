@@ -95,7 +95,9 @@ def test_soon_after_blender_is_found(start, tmp_path, name, seconds):
         assert (process.returncode, line) == (2, STOPPED)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.exhaustive)]
+)
 def test_between_frames(start, tmp_path, number):
     process = start("animate")
     wait_until(process, (tmp_path / "a.json").exists)

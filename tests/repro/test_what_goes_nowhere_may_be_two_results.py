@@ -24,7 +24,7 @@ def test_two_files_by_one_name_are_refused(refused, tmp_path):
 @pytest.mark.parametrize(
     ("outputs", "code"),
     [
-        (NOWHERE, 0),
+        pytest.param(NOWHERE, 0, marks=pytest.mark.exhaustive),
         (("--json", "/dev/stdout", "--csv", "/dev/null"), 0),
         (("--json", "-", "--csv", "-"), 2),
     ],
