@@ -28,7 +28,9 @@ class ACCELSCOPE_OT_export(bpy.types.Operator):
     bl_options = {"REGISTER"}
 
     format: EnumProperty(name="Format", items=FORMATS)  # type: ignore[valid-type]
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})  # type: ignore[valid-type]
+    filepath: StringProperty(  # type: ignore[valid-type]
+        subtype="FILE_PATH", options={"SKIP_SAVE", "PATH_SUPPORTS_BLEND_RELATIVE"}
+    )
     filter_glob: StringProperty(default="*.json;*.csv", options={"HIDDEN"})  # type: ignore[valid-type]
 
     @classmethod
@@ -55,7 +57,8 @@ class ACCELSCOPE_OT_export(bpy.types.Operator):
         from ..core.evaluation.records.report import write_csv, write_json
 
         suffix = f".{self.format.lower()}"
-        path = Path(bpy.path.abspath(self.filepath))
+        # As in Blender's window for files: // is the folder of the .blend, ~ that of the user.
+        path = Path(os.path.expanduser(bpy.path.abspath(self.filepath)))
         if not path.name:  # nothing, or a folder at the top
             self.report({"ERROR"}, "Name the file to write")
             return {"CANCELLED"}

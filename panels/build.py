@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import bpy
@@ -11,6 +12,9 @@ from ..addon.results import session
 from ..addon.settings import choices
 from ..core.kernels import has_numba, numba_fault
 from .base import SidebarPanel, draw_job, draw_settings, draw_wrapped
+
+MOST_LETTERS = 160
+"""Of what Numba says when it cannot be imported; the command line prints all."""
 
 
 class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
@@ -23,9 +27,12 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
         width = context.region.width
         if not has_numba():
             fault = numba_fault()
-            what = f"Numba cannot be imported: {fault}" if fault else "install the full extension"
-            text = f"Slow: pure Python ({what})"
-            draw_wrapped(layout, text, "ERROR", width)
+            why = "Numba cannot be imported" if fault else "install the full extension"
+            draw_wrapped(layout, f"Slow: pure Python ({why})", "ERROR", width)
+            if fault:
+                # Some tell all the places where they have looked.
+                fault = textwrap.shorten(fault, MOST_LETTERS, placeholder=" ...")
+                draw_wrapped(layout, fault, "BLANK1", width)
         layout.prop(root, "scope", expand=True)
         layout.prop(root, "structure")
         structure = choices.structure_chosen(root)
