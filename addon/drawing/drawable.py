@@ -35,7 +35,7 @@ With it no texture has more rows than a card can hold, either: 2 MAXIMUM_CORNERS
 """
 
 
-class Lines(NamedTuple):
+class LineBatch(NamedTuple):
     """Shapes that are drawn as lines: boxes, or edges.
 
     Attributes
@@ -52,7 +52,7 @@ class Lines(NamedTuple):
     starts: np.ndarray
 
 
-class Faces(NamedTuple):
+class FaceBatch(NamedTuple):
     """Triangles that are filled.
 
     Attributes
@@ -73,7 +73,7 @@ class Faces(NamedTuple):
     areas: Tally
 
 
-class Steps(NamedTuple):
+class BuildSteps(NamedTuple):
     """When cells are made and replaced, (n,) int64 each; all 0 where nobody knows."""
 
     made: np.ndarray
@@ -109,11 +109,11 @@ class Drawable:
     extent: Extent
     sections: Sections
     surface: float
-    boxes: Lines
-    edges: Lines
-    plane_lines: Lines
-    plane_faces: Faces
-    empty_faces: Faces
+    boxes: LineBatch
+    edges: LineBatch
+    plane_lines: LineBatch
+    plane_faces: FaceBatch
+    empty_faces: FaceBatch
     n_shaped: int
     n_planes: int
     n_empty: int
@@ -172,12 +172,12 @@ def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
     )  # fmt: skip
 
 
-def steps_of(cells: Cells) -> Steps:
+def steps_of(cells: Cells) -> BuildSteps:
     """Return when each cell is made and replaced."""
     if cells.replaced is None:
         nothing = np.zeros(len(cells), dtype=np.int64)
-        return Steps(nothing, nothing)
-    return Steps(cells.extra["order"].astype(np.int64), np.minimum(cells.replaced, NEVER))
+        return BuildSteps(nothing, nothing)
+    return BuildSteps(cells.extra["order"].astype(np.int64), np.minimum(cells.replaced, NEVER))
 
 
 def _surface_of(cells: Cells) -> float:
@@ -191,7 +191,7 @@ def _surface_of(cells: Cells) -> float:
 # ------------------------------------------------------------------------------------------ lines
 
 
-def box_lines(cells: Cells, order: np.ndarray, shaped: np.ndarray, steps: Steps) -> Lines:
+def box_lines(cells: Cells, order: np.ndarray, shaped: np.ndarray, steps: BuildSteps) -> LineBatch:
     """Return those of the cells `order` that are drawn as boxes: all but `shaped`."""
     is_box = np.ones(len(cells), dtype=bool)
     is_box[shaped] = False
@@ -204,9 +204,9 @@ def edge_lines(
     cells: Cells,
     order: np.ndarray,
     shaped: np.ndarray,
-    steps: Steps,
+    steps: BuildSteps,
     progress: Progress = SILENT,
-) -> Lines:
+) -> LineBatch:
     """Return the edges of those of the cells `order` that are drawn in their shape, `shaped`."""
     wires = wires_of(cells, shaped, progress)
     position = np.zeros(len(cells), dtype=np.int64)
@@ -218,13 +218,13 @@ def edge_lines(
     return _lines(cells, wires.segments()[sorting], owners, steps, starts)
 
 
-def plane_lines(cells: Cells, planes: Polygons | None, steps: Steps) -> Lines:
+def plane_lines(cells: Cells, planes: Polygons | None, steps: BuildSteps) -> LineBatch:
     """Return the outlines of planes."""
     if planes is None:
         return _lines(cells, np.empty((0, 2, 3)), np.empty(0, np.int64), steps, np.zeros(1, int))
     wires = outlines_of(planes)
     # A plane is there from the step on that divides its cell, and is divided by none.
-    there = Steps(steps.replaced, np.full(len(cells), NEVER))
+    there = BuildSteps(steps.replaced, np.full(len(cells), NEVER))
     ends, owners = wires.segments(), wires.edge_owners()
     return _lines(cells, ends, owners, there, planes.offsets, of_cells=False)
 
@@ -233,10 +233,10 @@ def _lines(
     cells: Cells,
     ends: np.ndarray,
     owners: np.ndarray,
-    steps: Steps,
+    steps: BuildSteps,
     starts: np.ndarray,
     of_cells: bool = True,
-) -> Lines:
+) -> LineBatch:
     """Pack shapes with two ends (n, 2, 3), and whose they are (n,); planes have no count."""
     texels = np.empty((len(ends), 2, 4), dtype=np.float32)
     texels[:, :, :3] = ends
@@ -247,13 +247,13 @@ def _lines(
     else:
         when = np.zeros((len(owners), 4), dtype=np.float32)
         when[:, 0], when[:, 1] = steps.made[owners], steps.replaced[owners]
-    return Lines(in_rows(texels), in_rows(when), starts)
+    return LineBatch(in_rows(texels), in_rows(when), starts)
 
 
 # ------------------------------------------------------------------------------------------ faces
 
 
-def plane_faces(cells: Cells, planes: Polygons | None, steps: Steps) -> Faces:
+def plane_faces(cells: Cells, planes: Polygons | None, steps: BuildSteps) -> FaceBatch:
     """Return planes as triangles."""
     if planes is None:
         triangles, owners = np.empty((0, 3, 3)), np.empty(0, dtype=np.int64)
@@ -265,7 +265,7 @@ def plane_faces(cells: Cells, planes: Polygons | None, steps: Steps) -> Faces:
     return _faces(triangles, cells.depth[owners], steps.replaced[owners], starts, depth)
 
 
-def cell_faces(cells: Cells, places: np.ndarray, steps: Steps) -> Faces:
+def cell_faces(cells: Cells, places: np.ndarray, steps: BuildSteps) -> FaceBatch:
     """Return the faces of the cells `places`, which are ascending."""
     triangles, owners = faces_of(cells, places)
     starts = np.searchsorted(owners, np.append(places, len(cells)))
@@ -279,7 +279,7 @@ def _faces(
     steps: np.ndarray,
     starts: np.ndarray,
     depth: np.ndarray,
-) -> Faces:
+) -> FaceBatch:
     """Pack triangles (m, 3, 3) with their depths and the steps in which they appear."""
     texels = np.zeros((len(triangles), 3, 4), dtype=np.float32)
     texels[:, :, :3] = triangles
@@ -287,7 +287,7 @@ def _faces(
     texels[:, 1, 3] = steps
     sides = triangles[:, 1:] - triangles[:, :1]
     areas = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    return Faces(in_rows(texels), starts, depth, Tally(depths, steps, areas))
+    return FaceBatch(in_rows(texels), starts, depth, Tally(depths, steps, areas))
 
 
 def _first_of(polygons: Polygons | None, most: int) -> Polygons | None:

@@ -25,7 +25,7 @@ from ...core.printing import print_lines, print_traceback
 from . import overlay_shader, overlay_upload, selection, shown
 
 if TYPE_CHECKING:
-    from .drawable import Drawable, Faces, Lines
+    from .drawable import Drawable, FaceBatch, LineBatch
 
 RAY, EXHIBIT, PLANE = "ray", "exhibit", "plane"
 """Layers of lines. Each is set for itself, and does not push the others out."""
@@ -59,7 +59,7 @@ class _Tools(NamedTuple):
 
 
 class _LinesOnCard(NamedTuple):
-    """Lines whose ends and steps are textures, see :class:`.drawable.Lines`."""
+    """Lines whose ends and steps are textures, see :class:`.drawable.LineBatch`."""
 
     ends: gpu.types.GPUTexture
     steps: gpu.types.GPUTexture
@@ -72,12 +72,12 @@ class _Drawn:
     def __init__(self, drawable: Drawable) -> None:
         self.drawable = drawable
 
-    def _lines(self, lines: Lines) -> _LinesOnCard:
+    def _lines(self, lines: LineBatch) -> _LinesOnCard:
         _overlay.uploads += 1
         textures = overlay_upload.texture(lines.ends), overlay_upload.texture(lines.steps)
         return _LinesOnCard(*textures, lines.starts)
 
-    def _faces(self, faces: Faces) -> gpu.types.GPUTexture:
+    def _faces(self, faces: FaceBatch) -> gpu.types.GPUTexture:
         _overlay.uploads += 1
         return overlay_upload.texture(faces.corners)
 
@@ -315,7 +315,7 @@ def _draw_faces(tools: _Tools, drawn: _Drawn, display: Any) -> None:
 
 
 def _bind_faces(
-    tools: _Tools, drawable: Drawable, faces: Faces, display: Any, cover: float
+    tools: _Tools, drawable: Drawable, faces: FaceBatch, display: Any, cover: float
 ) -> gpu.types.GPUShader:
     """Bind the shader of faces, to draw them coloured as cells and so opaque that all `cover`."""
     shader = tools.faces_shader

@@ -49,7 +49,7 @@ GEOMETRY_TYPES = {"MESH", "CURVE", "CURVES", "SURFACE", "FONT", "META", "POINTCL
 BYTES_PER_TRIANGLE = 300  # at the peak of extracting
 
 
-class Found(NamedTuple):
+class ListedMesh(NamedTuple):
     """What Blender lists of a mesh in scope; `obj` only until it lists the next one."""
 
     key: Key
@@ -90,7 +90,7 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
     return parts
 
 
-def meshes_in_scope(depsgraph: bpy.types.Depsgraph, scope: str) -> Iterator[Found]:
+def meshes_in_scope(depsgraph: bpy.types.Depsgraph, scope: str) -> Iterator[ListedMesh]:
     """Yield every mesh in scope, evaluated, those without faces too."""
     view_layer = depsgraph.view_layer
     for instance in depsgraph.object_instances:
@@ -106,7 +106,7 @@ def meshes_in_scope(depsgraph: bpy.types.Depsgraph, scope: str) -> Iterator[Foun
         key = (0 if itself else owner.session_uid, original.session_uid)
         name = original.name if itself else f"{owner.name}/{original.name}"
         matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
-        yield Found(key, name, obj, matrix)
+        yield ListedMesh(key, name, obj, matrix)
 
 
 def _read_mesh(obj: bpy.types.Object) -> LocalMesh:

@@ -19,7 +19,7 @@ import bpy
 from ...core.progress import SILENT, Progress
 from ...core.scene import Scene
 from . import extraction
-from .extraction import Found, RawScene
+from .extraction import ListedMesh, RawScene
 from .fingerprint import Digest, MeshHash, bytes_of_matrix, fingerprint, movement
 from .parts import Key, Part
 
@@ -194,7 +194,7 @@ class Look:
             layer.settle(self._missing(depsgraph.view_layer, with_faces))
         return is_complete
 
-    def _change_of(self, number: int, found: Found, now: bytes) -> str:
+    def _change_of(self, number: int, found: ListedMesh, now: bytes) -> str:
         """Return what is different about a mesh with faces, in words.
 
         Parameters
@@ -249,7 +249,7 @@ class _Reader:
         self._known: dict[int, bytes] = {}  # by the address of a mesh that several objects share
         self._has_read = False
 
-    def hash_of(self, place: Place, found: Found) -> bytes | None:
+    def hash_of(self, place: Place, found: ListedMesh) -> bytes | None:
         """Return the hash of a mesh, empty if it has no faces; None if there is no time for it."""
         layer, known = self._layer, self._known
         if place in layer.hashes:

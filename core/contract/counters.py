@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .events import LEAP, MAILBOX, POSTPONE, TEST, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF, VOLUME_TEST
+from .events import JUMP, MAILBOX, POSTPONE, TEST, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF, VOLUME_TEST
 
 
 class Counter(NamedTuple):
@@ -65,7 +65,7 @@ POSTPONED_HITS = Counter(
 )
 CELLS_SKIPPED = Counter(
     "cells_skipped", "Cells skipped",
-    "cells passed in the steps of others, or not needed any more", (LEAP,), is_sum=True,
+    "cells passed in the steps of others, or not needed any more", (JUMP,), is_sum=True,
 )  # fmt: skip
 
 

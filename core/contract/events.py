@@ -31,7 +31,7 @@ POSTPONE = np.int64(7)
 """The nearest hit lies beyond the current cell: it is kept, not accepted yet."""
 SKIP = np.int64(8)
 """A cell on the stack is thrown away: a nearer hit was found meanwhile."""
-LEAP = np.int64(9)
+JUMP = np.int64(9)
 """Cells are passed in one step, or not needed any more; `primitive` is how many."""
 
 NONE = np.int64(-1)
@@ -40,7 +40,7 @@ compile :func:`note` once more."""
 
 KIND_NAMES = (
     "visit inner", "visit leaf", "visit empty", "volume test", "test", "mailbox", "hit",
-    "postpone", "skip", "leap",
+    "postpone", "skip", "jump",
 )  # fmt: skip
 
 # Columns of the log.

@@ -18,11 +18,11 @@ class Steps:
     Attributes
     ----------
     kind : (n,) int32
-        One of VISIT_INNER ... LEAP.
+        One of VISIT_INNER ... JUMP.
     cell : (n,) int32
         Cell or node number, as in :class:`.structure.Cells`; -1 where there is none.
     primitive : (n,) int32
-        Triangle index in the scene; -1 where there is none. For LEAP the number of cells.
+        Triangle index in the scene; -1 where there is none. For JUMP the number of cells.
     t_enter, t_exit : (n,) float64
         Ray parameters: of the cell for visits, of the hit for tests (inf for a miss).
     level : (n,) int32

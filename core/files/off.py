@@ -20,7 +20,7 @@ import numpy as np
 
 from .contents import BrokenFile, Contents, Piece, counted, note_small_faces, triangles_of_faces
 from .rows import Column, read_rows
-from .text import Lines, integer_of, integers_of, lines_of, numbers_in, text_of
+from .text import TextLines, integer_of, integers_of, lines_of, numbers_in, text_of
 
 KEYWORD = re.compile(rb"\s*(?:#[^\n]*\n\s*)*((?:ST|C|N|4|n)*)OFF[ \t]*(BINARY)?")
 
@@ -59,7 +59,7 @@ def read_off(path: Path) -> Contents:
     return Contents([Piece(path.stem, triangles_of_faces(vertices, corners, sizes))], notes)
 
 
-def _counts(lines: Lines, index: int, least: int, most: int) -> list[int]:
+def _counts(lines: TextLines, index: int, least: int, most: int) -> list[int]:
     """Return the whole numbers in a line of the header."""
     words = lines.texts[index].split() if index < len(lines.texts) else []
     if not least <= len(words) <= most:
@@ -72,7 +72,7 @@ def _refuse_dimensions(dimensions: int) -> None:
         raise BrokenFile(f"it has {dimensions} dimensions, not three")
 
 
-def _vertices(lines: Lines, n: int) -> np.ndarray:
+def _vertices(lines: TextLines, n: int) -> np.ndarray:
     """Return the vertices, (n_vertices, 3) float64, of lines with `n` coordinates and more."""
     words: list[bytes] = []
     for text, number in zip(*lines):
@@ -90,7 +90,7 @@ def _flattened(vertices: np.ndarray) -> np.ndarray:
     return vertices[:, :3] / vertices[:, 3:]
 
 
-def _faces(lines: Lines) -> tuple[np.ndarray, np.ndarray]:
+def _faces(lines: TextLines) -> tuple[np.ndarray, np.ndarray]:
     """Return the corners of all faces, one after the other, and how many each has."""
     words: list[bytes] = []
     sizes = []

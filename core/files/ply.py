@@ -30,7 +30,7 @@ from .contents import (
 )
 from .rows import Column, Lists, read_rows
 from .text import (
-    Lines,
+    TextLines,
     floats_of,
     integer_of,
     integers_of,
@@ -229,7 +229,7 @@ def _text_rows(data: bytes, header: Header) -> tuple[dict[str, Table], list[str]
     return tables, [f"not read: {counted(extra, 'line')} behind the last element"] if extra else []
 
 
-def _table(element: Element, lines: Lines) -> Table:
+def _table(element: Element, lines: TextLines) -> Table:
     """Return the columns of rows of text that are of use."""
     columns = element.columns
     words: list[list[bytes]] = [[] for _ in columns]

@@ -39,18 +39,18 @@ def text_of(data: bytes) -> bytes:
     return data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
-class Lines(NamedTuple):
+class TextLines(NamedTuple):
     """Lines of a file that are not blank, and their numbers, counted from 1."""
 
     texts: list[bytes]
     numbers: list[int]
 
-    def part(self, begin: int, end: int) -> Lines:
+    def part(self, begin: int, end: int) -> TextLines:
         """Return some of them."""
-        return Lines(self.texts[begin:end], self.numbers[begin:end])
+        return TextLines(self.texts[begin:end], self.numbers[begin:end])
 
 
-def lines_of(data: bytes, n_before: int, comment: bytes = b"") -> Lines:
+def lines_of(data: bytes, n_before: int, comment: bytes = b"") -> TextLines:
     """Return the lines of a part of a file, without comments.
 
     Parameters
@@ -64,7 +64,7 @@ def lines_of(data: bytes, n_before: int, comment: bytes = b"") -> Lines:
     if comment and comment in data:
         texts = [text.partition(comment)[0] for text in texts]
     filled = [number for number, text in enumerate(texts) if text and not text.isspace()]
-    return Lines([texts[number] for number in filled], [n_before + 1 + k for k in filled])
+    return TextLines([texts[number] for number in filled], [n_before + 1 + k for k in filled])
 
 
 def name_of(words: bytes) -> str:

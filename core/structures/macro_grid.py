@@ -18,7 +18,7 @@ start at its neighbours in that octant. The least of the eight numbers is the ch
 
 A region is left wall by wall, only without a look at its cells, or, if it is large, at once: the
 first of its walls that the ray crosses is the wall it leaves through, and along the other two axes
-the new cell is the one that the ray is in at this t (:func:`leap`). Walls are crossed in the same
+the new cell is the one that the ray is in at this t (:func:`jump`). Walls are crossed in the same
 order as by the plain grid, so the cells with triangles that a ray meets, and all of its hits, are
 those of the plain grid, bit for bit; the cells that it visits beyond these are counted as skipped.
 
@@ -38,7 +38,7 @@ import numpy as np
 
 from ..contract.cells import Cells
 from ..contract.counters import CELLS_SKIPPED
-from ..contract.events import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
+from ..contract.events import JUMP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 from ..contract.figures import Figure
 from ..contract.leaf import NOTHING
 from ..contract.statistics import Statistics
@@ -57,6 +57,7 @@ from .grid.dda import (
     X,
     Y,
     Z,
+    axis_walk,
     cell_when,
     end_of_walk,
     first_cell,
@@ -65,7 +66,6 @@ from .grid.dda import (
     place_in,
     test_cell,
     wall_t,
-    way_along,
 )
 
 # ------------------------------------------------------------------------------------- settings
@@ -133,7 +133,7 @@ AHEAD = np.array([d for d in itertools.product((0, 1), repeat=3) if any(d)])
 
 
 @kernel
-def spread(distances, resolution, neighbours, order, first, last):
+def propagate_distances(distances, resolution, neighbours, order, first, last):
     """Lower each distance to the least of some neighbours plus one, in one pass over the cells.
 
     Parameters
@@ -184,7 +184,7 @@ def measure_distances(
 
         def spread_some(first: int, last: int) -> None:
             # Run at once, so the loop's variables are those of this pass.
-            call(spread, distances[row], resolution, neighbours, order, first, last)  # noqa: B023
+            call(propagate_distances, distances[row], resolution, neighbours, order, first, last)  # noqa: B023
 
         # One thread, which takes the chunks in their order: each needs what the last one found.
         text = f"Macro-cells: distances, pass {number + 1} of {len(passes)}"
@@ -196,15 +196,15 @@ def measure_distances(
 
 
 NEAR = 3
-"""The largest distance at which going wall by wall is cheaper than one leap."""
+"""The largest distance at which going wall by wall is cheaper than one jump."""
 
 
 @inlined
-def border(way, i, distance):
+def border(along, i, distance):
     """Return the first cell along one axis that is beyond the region of cell i, or the grid."""
-    if way.step > 0:
-        return min(i + distance, way.end)
-    return max(i - distance, way.end)
+    if along.step > 0:
+        return min(i + distance, along.end)
+    return max(i - distance, along.end)
 
 
 @inner
@@ -214,7 +214,7 @@ def walls_between(a, b):
 
 
 @inlined
-def stroll(x, y, z, place, distance, t_last):
+def cross_walls(x, y, z, place, distance, t_last):
     """Go wall by wall until the region is left or the walk ends in it.
 
     Returns
@@ -239,8 +239,8 @@ def stroll(x, y, z, place, distance, t_last):
 
 
 @inlined
-def leap(x, y, z, place, distance, t_last):
-    """Do what :func:`stroll` does at once.
+def jump(x, y, z, place, distance, t_last):
+    """Do what :func:`cross_walls` does at once.
 
     Of the walls around the region the ray leaves through the first in the order of crossing. What
     it has crossed before, and so the new cell along each axis, follows from the t of that wall; at
@@ -291,12 +291,12 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
     if structure.distances.shape[0] > 1:
         octant = 4 * (ray.dx > 0.0) + 2 * (ray.dy > 0.0) + (ray.dz > 0.0)
     ny, nz = structure.resolution[1], structure.resolution[2]
-    x = way_along(structure, X, ray.low_x, ray.high_x, ray.dx, ray.ix)
-    y = way_along(structure, Y, ray.low_y, ray.high_y, ray.dy, ray.iy)
-    z = way_along(structure, Z, ray.low_z, ray.high_z, ray.dz, ray.iz)
+    x = axis_walk(structure, X, ray.low_x, ray.high_x, ray.dx, ray.ix)
+    y = axis_walk(structure, Y, ray.low_y, ray.high_y, ray.dy, ray.iy)
+    z = axis_walk(structure, Z, ray.low_z, ray.high_z, ray.dz, ray.iz)
     place = place_in(x, y, z, first_cell(x, t), first_cell(y, t), first_cell(z, t))
     t_last = end_of_walk(ray, best)
-    # A way crosses each layer of cells once.
+    # A ray crosses each layer of cells once.
     most = structure.resolution.sum()
     while visited < most:
         cell = (place.i * ny + place.j) * nz + place.k
@@ -315,9 +315,9 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
         else:
             before = place
             if distance <= NEAR:
-                place, t_exit = stroll(x, y, z, place, distance, t_last)
+                place, t_exit = cross_walls(x, y, z, place, distance, t_last)
             else:
-                place, t_exit = leap(x, y, z, place, distance, t_last)
+                place, t_exit = jump(x, y, z, place, distance, t_last)
             empty += 1
             note(log, VISIT_EMPTY, cell, -1, t, t_exit)
             passed = walls_between(before, place)
@@ -325,7 +325,7 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
                 passed -= 1  # the cell behind the last wall is visited
             if passed > 0:
                 skipped += passed
-                note(log, LEAP, cell, passed, t, t_exit)
+                note(log, JUMP, cell, passed, t, t_exit)
             if t_exit > t_last:
                 break
         t = t_exit

@@ -23,7 +23,7 @@ import numpy as np
 
 from ..contract.cells import Cells
 from ..contract.counters import CELLS_SKIPPED, N_ETS, N_IT, N_TS, VOLUME_TESTS
-from ..contract.events import LEAP, NONE, SKIP, VISIT_LEAF, VOLUME_TEST, note
+from ..contract.events import JUMP, NONE, SKIP, VISIT_LEAF, VOLUME_TEST, note
 from ..contract.figures import COST_OF_CELLS, EXPECTED_VOLUME_TESTS, OF_CELLS
 from ..contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ..contract.statistics import Statistics
@@ -146,7 +146,7 @@ def walk_sorted(structure, triangles, ray, number, workspace, log):
     for i in range(waiting):
         note(log, SKIP, np.int64(cells[i]), NONE, enters[i], limit)
     if waiting > 0:
-        note(log, LEAP, NONE, waiting, limit, limit)
+        note(log, JUMP, NONE, waiting, limit, limit)
 
     n_volumes = len(offsets) - 1
     return Found(best.t, best.primitive, (objects, objects, best.tests, n_volumes, waiting))

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from accelscope.core.contract.events import LEAP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST
+from accelscope.core.contract.events import JUMP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST
 from accelscope.core.errors import InputError
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.progress import SILENT
@@ -116,12 +116,12 @@ def all_rays(lab, sample, structure, n=80):
 def cells_skipped(steps):
     """For each visit, the empty cells that are passed with it."""
     visits = np.isin(steps.kind, (VISIT_EMPTY, VISIT_LEAF))
-    leaps = steps.kind == LEAP
-    # A leap follows the visit of the cell that it starts from.
-    assert (steps.kind[np.flatnonzero(leaps) - 1] == VISIT_EMPTY).all()
-    assert (steps.primitive[leaps] > 0).all()
+    jumps = steps.kind == JUMP
+    # A jump follows the visit of the cell that it starts from.
+    assert (steps.kind[np.flatnonzero(jumps) - 1] == VISIT_EMPTY).all()
+    assert (steps.primitive[jumps] > 0).all()
     skipped = np.zeros(visits.sum(), dtype=np.int64)
-    skipped[np.cumsum(visits)[leaps] - 1] = steps.primitive[leaps]
+    skipped[np.cumsum(visits)[jumps] - 1] = steps.primitive[jumps]
     return skipped
 
 
@@ -173,7 +173,7 @@ def test_the_walk_is_the_plain_one_with_steps_left_out(lab, build, sample, resol
         query = (ALL, CLOSEST)[i % 2]
         want, got = plain.record(rays, i, query), macro.record(rays, i, query)
         useful = columns(want, want.kind != VISIT_EMPTY)
-        assert np.array_equal(useful, columns(got, ~np.isin(got.kind, (VISIT_EMPTY, LEAP))))
+        assert np.array_equal(useful, columns(got, ~np.isin(got.kind, (VISIT_EMPTY, JUMP))))
         cells = want.cell[np.isin(want.kind, (VISIT_LEAF, VISIT_EMPTY))]
         visits = np.isin(got.kind, (VISIT_LEAF, VISIT_EMPTY))
         if not visits.any():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from accelscope.core.contract.events import HIT, LEAP, SKIP, VISIT_LEAF, VOLUME_TEST
+from accelscope.core.contract.events import HIT, JUMP, SKIP, VISIT_LEAF, VOLUME_TEST
 from accelscope.core.evaluation.pages.ray_path import event_text
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.scene import Scene
@@ -32,12 +32,12 @@ def test_the_walk_ends_before_the_second_object(build):
     steps = structure.record(DOWN, 0)
     assert steps.cell[steps.kind == VISIT_LEAF].tolist() == [2]
     assert sorted(steps.cell[steps.kind == SKIP].tolist()) == [0, 1, 3]
-    assert steps.primitive[steps.kind == LEAP].tolist() == [3]
+    assert steps.primitive[steps.kind == JUMP].tolist() == [3]
     assert event_text(steps, len(steps) - 1).startswith("leap over 3: t = 5")
     # Lines that never stop look into all of them, in order.
     steps = structure.record(DOWN, 0, ALL)
     assert steps.cell[steps.kind == VISIT_LEAF].tolist() == [2, 0, 3, 1]
-    assert not (steps.kind == LEAP).any()
+    assert not (steps.kind == JUMP).any()
     assert structure.trace(DOWN, ANY)[1]["N_IT"][0] <= 2
 
 

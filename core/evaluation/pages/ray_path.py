@@ -10,8 +10,8 @@ import numpy as np
 from ...contract.cells import Cells
 from ...contract.events import (
     HIT,
+    JUMP,
     KIND_NAMES,
-    LEAP,
     POSTPONE,
     TEST,
     VISIT_EMPTY,
@@ -214,7 +214,7 @@ def _current(walk: Walk, event: int, palette: Palette) -> Iterator[Piece]:
     """Draw what an event is about."""
     kind, cell = int(walk.steps.kind[event]), int(walk.steps.cell[event])
     primitive = walk.steps.primitive[event : event + 1]
-    if primitive[0] >= 0 and kind != LEAP:
+    if primitive[0] >= 0 and kind != JUMP:
         yield _sides(walk, primitive), palette.current
     elif kind in VISITS and cell >= 0:
         yield _outlines(walk.cells, np.array([cell])), palette.current
@@ -305,7 +305,7 @@ def event_text(steps: Steps, event: int) -> str:
     primitive = int(steps.primitive[event])
     enter, leave = float(steps.t_enter[event]), float(steps.t_exit[event])
     text = KIND_NAMES[kind]
-    if kind == LEAP:
+    if kind == JUMP:
         text += f" over {primitive}"
     elif primitive >= 0:
         text += f" triangle {primitive}"

@@ -27,7 +27,7 @@ from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import OPEN, setting
 from . import walk as walk  # registers it
-from .cells import GridArrays, fill_cells, hair_and_touch
+from .cells import GridArrays, fill_cells, margin_and_tolerance
 from .dda import COUNTERS
 from .resolution import (
     REFERENCES_PER_CELL,
@@ -292,9 +292,9 @@ class Grid(Structure):
         """Return the first and last cell per axis that each triangle's box overlaps, (n, 3)."""
         boxes = boxes_of(self.scene.triangles)
         box = self.arrays.box[0]
-        hair, touch = hair_and_touch(box[:3], box[3:], self.scene)
-        low = np.stack([self._cells_at(a, boxes[:, a] - touch[a]) for a in range(3)], axis=1)
-        top = boxes[:, 3:] + touch - 2.0 * hair * (self.settings.overlap == "open")
+        margin, tolerance = margin_and_tolerance(box[:3], box[3:], self.scene)
+        low = np.stack([self._cells_at(a, boxes[:, a] - tolerance[a]) for a in range(3)], axis=1)
+        top = boxes[:, 3:] + tolerance - 2.0 * margin * (self.settings.overlap == "open")
         high = np.stack([self._cells_at(a, top[:, a]) for a in range(3)], axis=1)
         return low, np.maximum(low, high)
 

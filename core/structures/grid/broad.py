@@ -23,9 +23,9 @@ from .dda import FOREVER, end_of_walk, test_cell
 def is_broad(grid, ray):
     """Say whether rounding may lead a ray past a cell that lists what it hits."""
     return (
-        ray.low_x - ray.ox > grid.touch[0]
-        or ray.low_y - ray.oy > grid.touch[1]
-        or ray.low_z - ray.oz > grid.touch[2]
+        ray.low_x - ray.ox > grid.tolerance[0]
+        or ray.low_y - ray.oy > grid.tolerance[1]
+        or ray.low_z - ray.oz > grid.tolerance[2]
     )
 
 

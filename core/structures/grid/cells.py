@@ -22,19 +22,19 @@ from ...parallel import for_chunks
 from ...progress import Progress
 from ...scene import Scene
 
-HAIR = 1e-8
+MARGIN = 1e-8
 """How far below their nominal places the walls lie, as a share of the grid's longest side.
 
-Coordinates like to lie exactly on walls. A hair lower, every wall has such triangles and rays
+Coordinates like to lie exactly on walls. A margin lower, every wall has such triangles and rays
 clearly above it, farther than rounding can reach, and nearer than any published count could tell.
 """
 
-TOUCH = 2e-9
+TOLERANCE = 2e-9
 """How much boxes are widened when they are inserted, as a share of the grid's longest side.
 
 Where a ray passes through the corner of cells, rounding decides which of them it visits; a triangle
 there has to be in all of them. This covers the rounding of rays that start up to a million
-sides away, and is well below a hair. Who comes from farther is walked otherwise (:mod:`.broad`).
+sides away, and is well below a margin. Who comes from farther is walked otherwise (:mod:`.broad`).
 """
 
 
@@ -49,8 +49,8 @@ class GridArrays(NamedTuple):
         Coordinates of the walls along each axis, ascending: cell i lies between walls i and i + 1.
         After the last one follow infinities, for steps that lead out of the grid.
     cell_size : (3,) float64
-    touch : (3,) float64
-        How much boxes were widened when they were inserted, see :data:`TOUCH`.
+    tolerance : (3,) float64
+        How much boxes were widened when they were inserted, see :data:`TOLERANCE`.
     resolution : (3,) int64
     offsets : (n_cells + 1,) int64
     references : (N_OIV,) int32
@@ -61,32 +61,32 @@ class GridArrays(NamedTuple):
     box: np.ndarray
     walls: np.ndarray
     cell_size: np.ndarray
-    touch: np.ndarray
+    tolerance: np.ndarray
     resolution: np.ndarray
     offsets: np.ndarray
     references: np.ndarray
     mailbox: bool
 
 
-def hair_and_touch(
+def margin_and_tolerance(
     lower: np.ndarray, upper: np.ndarray, scene: Scene
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return HAIR and TOUCH as lengths, (3,) each, for a grid between two corners."""
     longest = np.full(3, (upper - lower).max())
     # Far from the origin coordinates are coarse, however small the scene is.
     rounding = 8 * ULPS * np.maximum(np.abs(scene.lower), np.abs(scene.upper))
-    return HAIR * longest + 4 * rounding, TOUCH * longest + rounding
+    return MARGIN * longest + 4 * rounding, TOLERANCE * longest + rounding
 
 
 def make_walls(
-    lower: np.ndarray, upper: np.ndarray, hair: np.ndarray, resolution: np.ndarray
+    lower: np.ndarray, upper: np.ndarray, margin: np.ndarray, resolution: np.ndarray
 ) -> np.ndarray:
     """Return the walls between two corners, as in :class:`GridArrays`."""
     walls = np.full((3, resolution.max() + 2), np.inf)
     for axis, count in enumerate(resolution):
-        origin = lower[axis] - hair[axis]
+        origin = lower[axis] - margin[axis]
         walls[axis, :count] = origin + np.arange(count) * ((upper[axis] - lower[axis]) / count)
-        # The last wall lies a hair above the box, so that the box's own boundary is inside.
+        # The last wall lies a margin above the box, so that the box's own boundary is inside.
         walls[axis, count] = upper[axis] + (lower[axis] - origin)
     return walls
 
@@ -123,10 +123,10 @@ def fill_cells(
         From `progress`.
     """
     boxes = boxes_of(scene.triangles)
-    hair, touch = hair_and_touch(lower, upper, scene)
+    margin, tolerance = margin_and_tolerance(lower, upper, scene)
     grid = GridArrays(
-        np.concatenate([lower, upper])[None], make_walls(lower, upper, hair, resolution),
-        (upper - lower) / resolution, touch, resolution,
+        np.concatenate([lower, upper])[None], make_walls(lower, upper, margin, resolution),
+        (upper - lower) / resolution, tolerance, resolution,
         np.zeros(int(np.prod(resolution)) + 1, dtype=np.int64), np.zeros(0, dtype=np.int32),
         mailbox,
     )  # fmt: skip
@@ -135,7 +135,7 @@ def fill_cells(
     def insert_all(fill: bool, cursor: np.ndarray, text: str) -> None:
         def insert_some(first: int, last: int) -> None:
             call(
-                insert, grid, triangles.corners, boxes, first, last, touch, hair * is_open,
+                insert, grid, triangles.corners, boxes, first, last, tolerance, margin * is_open,
                 is_exact, fill, cursor, *scratch,
             )  # fmt: skip
 
@@ -182,24 +182,24 @@ def cell_at(walls, cell_size, count, x):
 
 @kernel
 def insert(
-    grid, corners, boxes, first, last, touch, hair, is_exact, fill, cursor, lo, hi, cell_box
+    grid, corners, boxes, first, last, tolerance, margin, is_exact, fill, cursor, lo, hi, cell_box
 ):
     """Insert the triangles ``first <= n < last`` into every cell they overlap.
 
-    Boxes are widened by `touch` (3,), and under open overlap lowered at the top by twice the `hair`
-    (3,). Called twice: with `fill` false, ``cursor[c]`` counts the references of cell c; with
-    `fill` true it is the place of the next one. `lo` and `hi`, (3,) int64, and `cell_box`, (6,),
-    are scratch.
+    Boxes are widened by `tolerance` (3,), and under open overlap lowered at the top by twice the
+    `margin` (3,). Called twice: with `fill` false, ``cursor[c]`` counts the references of cell c;
+    with `fill` true it is the place of the next one. `lo` and `hi`, (3,) int64, and `cell_box`,
+    (6,), are scratch.
     """
     _, ny, nz = grid.resolution
     for n in range(first, last):
         single = True
         for axis in range(3):
             walls, size, count = grid.walls[axis], grid.cell_size[axis], grid.resolution[axis]
-            low, high = boxes[n, axis] - touch[axis], boxes[n, 3 + axis] + touch[axis]
+            low, high = boxes[n, axis] - tolerance[axis], boxes[n, 3 + axis] + tolerance[axis]
             lo[axis] = cell_at(walls, size, count, low)
             # A flat triangle in a wall overlaps neither side openly: it goes to the upper one.
-            hi[axis] = max(lo[axis], cell_at(walls, size, count, high - 2.0 * hair[axis]))
+            hi[axis] = max(lo[axis], cell_at(walls, size, count, high - 2.0 * margin[axis]))
             single = single and lo[axis] == hi[axis]
         for i in range(lo[0], hi[0] + 1):
             for j in range(lo[1], hi[1] + 1):
@@ -207,8 +207,8 @@ def insert(
                     if is_exact and not single:
                         for axis in range(3):
                             index = i if axis == 0 else j if axis == 1 else k
-                            cell_box[axis] = grid.walls[axis, index] - touch[axis]
-                            cell_box[3 + axis] = grid.walls[axis, index + 1] + touch[axis]
+                            cell_box[axis] = grid.walls[axis, index] - tolerance[axis]
+                            cell_box[3 + axis] = grid.walls[axis, index + 1] + tolerance[axis]
                         if not overlaps_box(corners, n, cell_box):
                             continue
                     cell = (i * ny + j) * nz + k

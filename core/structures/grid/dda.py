@@ -46,7 +46,7 @@ FOREVER = np.finfo(np.float64).max
 """The last t of all. A wall that is never crossed comes later, at infinity."""
 
 
-class Way(NamedTuple):
+class AxisWalk(NamedTuple):
     """One ray along one axis: what does not change from cell to cell.
 
     Attributes
@@ -63,7 +63,7 @@ class Way(NamedTuple):
     ahead : int
         Which wall of a cell the ray leaves through: 0 the lower, 1 the upper.
     begin, end : int
-        The first cell on the way, and the first one that is no longer in the grid.
+        The first cell that can be met, and the first one that is no longer in the grid.
     """
 
     walls: np.ndarray
@@ -89,33 +89,33 @@ class Place(NamedTuple):
 
 
 @inner
-def way_along(grid, axis, low, high, d, inverse):
-    """Return the way of a ray along an axis; `low` and `high` are its origins moved by slack."""
+def axis_walk(grid, axis, low, high, d, inverse):
+    """Return the walk along an axis; `low` and `high` are the ray's origins moved by slack."""
     count = grid.resolution[axis]
     walls, per_length = grid.walls[axis], 1.0 / grid.cell_size[axis]
     if d > 0.0:
-        return Way(walls, per_length, low, d, inverse, 1, 1, 0, count)
-    return Way(walls, per_length, high, d, inverse, -1, 0, count - 1, -1)
+        return AxisWalk(walls, per_length, low, d, inverse, 1, 1, 0, count)
+    return AxisWalk(walls, per_length, high, d, inverse, -1, 0, count - 1, -1)
 
 
 @inner
-def wall_t(way, i):
+def wall_t(along, i):
     """Return the t at which the ray leaves cell i, inf if it never does.
 
     A direction whose inverse overflows crosses no wall.
     """
-    if np.isinf(way.inverse):
+    if np.isinf(along.inverse):
         return np.inf
-    return (way.walls[i + way.ahead] - way.o) * way.inverse
+    return (along.walls[i + along.ahead] - along.o) * along.inverse
 
 
 @inner
-def cell_when(way, first, last, t, with_ties):
-    """Return the cell that a walk is in at t, from `first` to `last` in the order of the way.
+def cell_when(along, first, last, t, with_ties):
+    """Return the cell that a walk is in at t, from `first` to `last` in its order.
 
     `with_ties` says whether a wall that is crossed at this very t has been crossed already.
     """
-    position = (way.o + t * way.d - way.walls[0]) * way.per_length
+    position = (along.o + t * along.d - along.walls[0]) * along.per_length
     i, highest = min(first, last), max(first, last)
     # Compared so that what is no number leads to a cell, too.
     if position >= highest:
@@ -124,25 +124,25 @@ def cell_when(way, first, last, t, with_ties):
         i = int(position)
     # The position is rounded; the t of walls decide.
     while i != first:
-        crossing = wall_t(way, i - way.step)
+        crossing = wall_t(along, i - along.step)
         if crossing < t or (crossing == t and with_ties):
             break
-        i -= way.step
+        i -= along.step
     while i != last:
-        crossing = wall_t(way, i)
+        crossing = wall_t(along, i)
         if crossing > t or (crossing == t and not with_ties):
             break
-        i += way.step
+        i += along.step
     return i
 
 
 @inner
-def first_cell(way, t):
+def first_cell(along, t):
     """Return the cell along one axis in which a ray enters the grid at t."""
-    count = abs(way.end - way.begin)
-    if np.isinf(way.inverse):
-        return cell_at(way.walls, 1.0 / way.per_length, count, way.o)
-    return cell_when(way, way.begin, way.end - way.step, t, NOT_YET)
+    count = abs(along.end - along.begin)
+    if np.isinf(along.inverse):
+        return cell_at(along.walls, 1.0 / along.per_length, count, along.o)
+    return cell_when(along, along.begin, along.end - along.step, t, NOT_YET)
 
 
 @inlined

@@ -14,6 +14,7 @@ from .dda import (
     X,
     Y,
     Z,
+    axis_walk,
     end_of_walk,
     first_cell,
     found,
@@ -21,7 +22,6 @@ from .dda import (
     next_place,
     place_in,
     test_cell,
-    way_along,
 )
 
 LOST = lost(COUNTERS)
@@ -41,12 +41,12 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
         return found(best, visited, empty)
 
     ny, nz = structure.resolution[1], structure.resolution[2]
-    x = way_along(structure, X, ray.low_x, ray.high_x, ray.dx, ray.ix)
-    y = way_along(structure, Y, ray.low_y, ray.high_y, ray.dy, ray.iy)
-    z = way_along(structure, Z, ray.low_z, ray.high_z, ray.dz, ray.iz)
+    x = axis_walk(structure, X, ray.low_x, ray.high_x, ray.dx, ray.ix)
+    y = axis_walk(structure, Y, ray.low_y, ray.high_y, ray.dy, ray.iy)
+    z = axis_walk(structure, Z, ray.low_z, ray.high_z, ray.dz, ray.iz)
     place = place_in(x, y, z, first_cell(x, t), first_cell(y, t), first_cell(z, t))
     t_last = end_of_walk(ray, best)
-    # A way crosses each layer of cells once.
+    # A ray crosses each layer of cells once.
     most = structure.resolution.sum()
     while visited < most:
         cell = (place.i * ny + place.j) * nz + place.k

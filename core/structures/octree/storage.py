@@ -129,7 +129,7 @@ def store_implicit(tree: BuiltTree) -> ImplicitOctree:
     depth = int(tree.levels.max())
     size = (8 ** (depth + 1) - 1) // 7
     refuse_if_too_large(4 * size, f"octree: storage=implicit of depth {depth}", ADVICE)
-    places = spread(tree, 0, lambda of_parent, octant: 8 * of_parent + 1 + octant)
+    places = names_of_nodes(tree, 0, lambda of_parent, octant: 8 * of_parent + 1 + octant)
     numbers = np.full(size, -1, np.int32)
     numbers[places] = np.arange(len(places), dtype=np.int32)
     return ImplicitOctree(
@@ -202,7 +202,7 @@ def store_linear(tree: BuiltTree) -> LinearOctree:
     """
     depth, n_inner = int(tree.levels.max()), len(tree.planes)
     refuse_if_too_deep(depth, LINEAR_LEVELS, "linear")
-    codes = spread(tree, 0, lambda of_parent, octant: 8 * of_parent + octant)
+    codes = names_of_nodes(tree, 0, lambda of_parent, octant: 8 * of_parent + octant)
     codes <<= 3 * (depth - tree.levels.astype(np.int64))
     inner_levels = tree.levels[:n_inner].copy()
     return LinearOctree(
@@ -255,7 +255,7 @@ def store_hash(tree: BuiltTree) -> HashOctree:
         If the tree is deeper than a name has digits for.
     """
     refuse_if_too_deep(int(tree.levels.max()), HASH_LEVELS, "hash")
-    names = spread(tree, 1, lambda of_parent, octant: 10 * of_parent + 1 + octant)
+    names = names_of_nodes(tree, 1, lambda of_parent, octant: 10 * of_parent + 1 + octant)
     heads = np.full(table_size(len(names)), -1, np.int32)
     # Nodes of one chain are brought together; each points to the next.
     slots = names % len(heads)
@@ -287,7 +287,7 @@ def chain_lengths(tree: HashOctree) -> np.ndarray:
 # --------------------------------------------------------------------------------- in common
 
 
-def spread(tree: BuiltTree, root: int, name_of: Callable) -> np.ndarray:
+def names_of_nodes(tree: BuiltTree, root: int, name_of: Callable) -> np.ndarray:
     """Return a name for every node, (n_nodes,) int64, each from its parent's and its octant."""
     names = np.full(len(tree.levels), root, np.int64)
     n_inner = len(tree.planes)
