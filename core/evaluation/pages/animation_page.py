@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from string import Template
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from ...printing import in_html
 from ..records.animation import METHODS, Comparison, growth
 from ..records.report import Record, look_up, show_number, write_text
 from .chart import Curve, line_chart
+from .page import figure_tags, page_of
 from .pictures import picture_of_levels
 from .png import write_png
 from .view import View
@@ -58,27 +58,10 @@ def write_page(folder: Path, comparison: Comparison) -> None:
         write_png(folder / f"{method}.png", image)
         cost = show_number(record["statistics"]["sah"])
         shown.append((f"{method}.png", f"Frame {record['frame']}, {method}: {caption}, SAH {cost}"))
-    figures = "\n".join(
-        f'<figure><img src="{file}" alt="{in_html(text)}">'
-        f"<figcaption>{in_html(text)}</figcaption></figure>"
-        for file, text in shown
-    )
     text = (
         f"{len(comparison.history)} frames, {len(scene)} triangles. In the last frame the cost of "
         f"the refitted tree is {growth(*records[-2:]):.3f} times that of a new one."
     )
-    page = PAGE.substitute(scene=in_html(scene.name), text=text, figures=figures)
+    body = f'<p>{in_html(text)}</p><div class="row wide">{figure_tags(shown)}</div>'
+    page = page_of(f"{scene.name}: refit against rebuild", body)
     write_text(folder / "index.html", page)
-
-
-PAGE = Template("""<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>AccelScope</title>
-<style>
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 80rem;
-  padding: 0 1.5rem; color: #222; background: #fff; }
-div { display: flex; flex-wrap: wrap; gap: 1.2rem; } figure { margin: 0; width: 36rem; }
-img { width: 100%; border: 1px solid #ddd; } figcaption { color: #666; font-size: .85rem; }
-</style></head><body><h1>$scene: refit against rebuild</h1><p>$text</p><div>
-$figures
-</div></body></html>
-""")

@@ -22,6 +22,7 @@ from ...settings import to_text
 from ..records.experiment import Built
 from ..records.report import figures, show_integer, write_text
 from .exhibit_pictures import ExhibitPainter
+from .page import figure_tags, page_of, rows_table
 from .png import write_png
 from .ray_path import ON_LIGHT, Walk, legend, links_of, segments_of
 from .view import View
@@ -137,7 +138,7 @@ class Gallery:
 
     def write_page(self) -> None:
         """Write ``index.html`` beside the pictures."""
-        write_text(self.folder / "index.html", PAGE.replace("ROWS", "\n".join(self._rows)))
+        write_text(self.folder / "index.html", page_of("AccelScope", ABOUT + "\n".join(self._rows)))
 
 
 # ------------------------------------------------------------------------------------- pictures
@@ -296,34 +297,17 @@ def faces_over(
 RAY_SECTIONS = ("Rays", "Per ray")
 
 
-def html_table(caption: str, rows: list[tuple[str, str, str]]) -> str:
-    """Return rows of :func:`figures` as a table."""
-    lines = "".join(
-        f"<tr><th>{in_html(label)}</th><td>{in_html(text)}</td></tr>" for _, label, text in rows
-    )
-    return f"<table><caption>{in_html(caption)}</caption>{lines}</table>"
-
-
-def figure_tags(pictures: list[tuple[str, str]]) -> str:
-    """Return files and their captions as figures."""
-    return "".join(
-        f'<figure><img src="{in_html(file)}" alt="{in_html(caption)}">'
-        f"<figcaption>{in_html(caption)}</figcaption></figure>"
-        for file, caption in pictures
-    )
-
-
 def section(
     built: Built, records: list[dict[str, Any]], pictures: list[tuple[str, str]], exhibits: str
 ) -> str:
     """Return the part of the page about one structure over one scene."""
     structure = built.structure
     rows = figures(records[0])
-    tables = [html_table(structure.label, [row for row in rows if row[0] not in RAY_SECTIONS])]
+    tables = [rows_table(structure.label, [row[1:] for row in rows if row[0] not in RAY_SECTIONS])]
     for record in records:
         rows = [row for row in figures(record) if row[0] in RAY_SECTIONS]
         rows += [("", "Failed", record["error"])] if "error" in record else []
-        tables.append(html_table(record["rays"]["name"], rows))
+        tables.append(rows_table(record["rays"]["name"], [row[1:] for row in rows]))
     return (
         f"<section>{heading(structure.scene.name, structure.label, structure.settings)}"
         f'<div class="row">{figure_tags(pictures)}<div class="tables">{"".join(tables)}</div>'
@@ -339,31 +323,9 @@ def heading(scene: str, structure: str, settings: Any) -> str:
     )
 
 
-PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>AccelScope</title>
-<style>
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 110rem;
-  padding: 0 1.5rem; color: #222; background: #fff; }
-h1 { font-weight: 600; } h2 { margin: 2.5rem 0 0; font-weight: 600; }
-h3 { margin: 1.2rem 0 0; font-weight: 600; font-size: 1rem; }
-p { margin: .2rem 0 .8rem; color: #666; font-size: .85rem; } .failed { color: #b3261e; }
-.row { display: flex; flex-wrap: wrap; gap: 1.2rem; align-items: flex-start; }
-figure { margin: 0; max-width: 29rem; }
-img { width: 29rem; max-width: 100%; border: 1px solid #ddd; display: block; }
-.frames { display: grid; grid-template-columns: repeat(4, minmax(0, 1fr)); }
-.frames img { width: 100%; }
-figcaption { color: #666; font-size: .85rem; margin-top: .3rem; }
-.tables { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: flex-start; }
-table { border-collapse: collapse; font-size: .85rem; } caption { text-align: left;
-  font-weight: 600; padding-bottom: .3rem; }
-th { text-align: left; font-weight: 400; padding: .1rem 1.2rem .1rem 0; color: #555; }
-td { text-align: right; font-variant-numeric: tabular-nums; }
-</style></head><body><h1>AccelScope</h1>
-<p>Cells and planes are coloured by depth, from blue (root) to red (deepest); cells of a grid by
-their number of triangles. Empty leaves are tinted blue. Lines behind the mesh are faint. A ray is
-black; it enters inner nodes (grey), leaves with triangles (orange) and empty ones (blue), skips
-empty regions (violet), and tests triangles (pink); a red star is a hit that is postponed, and the
-triangle it hits in the end is green. Arrows follow the links (ropes) of a leaf.</p>
-ROWS
-</body></html>
+ABOUT = """<p>Cells and planes are coloured by depth, from blue (root) to red (deepest); cells of a
+grid by their number of triangles. Empty leaves are tinted blue. Lines behind the mesh are faint. A
+ray is black; it enters inner nodes (grey), leaves with triangles (orange) and empty ones (blue),
+skips empty regions (violet), and tests triangles (pink); a red star is a hit that is postponed, and
+the triangle it hits in the end is green. Arrows follow the links (ropes) of a leaf.</p>
 """
