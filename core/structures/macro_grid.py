@@ -104,7 +104,7 @@ class MacroGridArrays(NamedTuple):
     box: np.ndarray
     walls: np.ndarray
     cell_size: np.ndarray
-    touch: np.ndarray
+    tolerance: np.ndarray
     resolution: np.ndarray
     offsets: np.ndarray
     references: np.ndarray
