@@ -19,13 +19,13 @@ import ctypes, os, sys
 from accelscope.addon.command.main import main
 from accelscope.core.evaluation.records import experiment
 build = experiment.build
-def noisy_build(*arguments):
+def noisy_build(*arguments, **options):
     for descriptor in (1, 2):
         try:
             os.write(descriptor, b"noise")
         except OSError:
             pass
-    return build(*arguments)
+    return build(*arguments, **options)
 experiment.build = noisy_build
 sys.exit(main(sys.argv[1:], until_exit=True))
 """

@@ -28,10 +28,10 @@ def stop_at(monkeypatch):
     def at(name, error):
         build = experiment.build
 
-        def stopping(scene, structure_type, *arguments):
+        def stopping(scene, structure_type, *arguments, **options):
             if structure_type.name == name:
                 raise error
-            return build(scene, structure_type, *arguments)
+            return build(scene, structure_type, *arguments, **options)
 
         monkeypatch.setattr(experiment, "build", stopping)
 

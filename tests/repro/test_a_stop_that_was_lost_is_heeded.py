@@ -25,14 +25,14 @@ def lose_stop(monkeypatch):
     def at(name, error=None):
         build = experiment.build
 
-        def losing(scene, structure_type, *arguments):
+        def losing(scene, structure_type, *arguments, **options):
             if structure_type.name == name:
                 try:
                     os.kill(os.getpid(), signal.SIGINT)
                 except KeyboardInterrupt:
                     if error:
                         raise error from None
-            return build(scene, structure_type, *arguments)
+            return build(scene, structure_type, *arguments, **options)
 
         monkeypatch.setattr(experiment, "build", losing)
 
@@ -61,7 +61,7 @@ def test_among_locks(run, monkeypatch, tmp_path):
     """An exception there leaves locks behind that nobody has locked, or that nobody can unlock."""
     build, passed = experiment.build, []
 
-    def stopped_among_locks(scene, structure_type, *arguments):
+    def stopped_among_locks(scene, structure_type, *arguments, **options):
         lock = threading.Condition()
 
         def condition():
@@ -73,7 +73,7 @@ def test_among_locks(run, monkeypatch, tmp_path):
             with lock:
                 lock.wait_for(condition)
             passed.append("unlocked")
-        return build(scene, structure_type, *arguments)
+        return build(scene, structure_type, *arguments, **options)
 
     monkeypatch.setattr(experiment, "build", stopped_among_locks)
     outcome = run(*TWO, "--csv", tmp_path / "a.csv", "--quiet")

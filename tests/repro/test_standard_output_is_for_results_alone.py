@@ -74,9 +74,9 @@ def chatter():
     libc.puts(b"noise of C")
 
 build = experiment.build
-def noisy_build(*arguments):
+def noisy_build(*arguments, **options):
     chatter()
-    return build(*arguments)
+    return build(*arguments, **options)
 experiment.build = noisy_build
 atexit.register(chatter)
 code = main(sys.argv[2:], until_exit=sys.argv[1] == "ends")

@@ -21,7 +21,14 @@ pytestmark = [
 
 COMMANDS = {
     "animate": ("animate", "walk.blend", "--frames", "1:3000", "--rays", "random_lines:count=20"),
-    "evaluate": ("evaluate", "walk.blend", "--rays", "random_lines:count=2000000000"),
+    "evaluate": (
+        "evaluate",
+        "walk.blend",
+        "--rays",
+        "random_lines:count=500000",
+        "--structure",
+        "naive",
+    ),
     "efficiency": ("efficiency", "walk.blend"),
 }
 STOPPED = "accelscope: error: stopped"
@@ -30,7 +37,7 @@ STOPPED = "accelscope: error: stopped"
 @pytest.fixture
 def start(bpy, tmp_path):
     """Start a command over a .blend, in a process that heeds Ctrl-C."""
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "walk.blend"))
     processes = []
 
