@@ -1,7 +1,7 @@
 """A defect shows its traceback; the last line and the exit code are those of any failure."""
 
 import pytest
-from accelscope.addon import command
+from accelscope.addon.command import main as command_main
 from accelscope.core.evaluation.records import animation
 
 LINE = "accelscope: error: a defect of AccelScope: ZeroDivisionError: a defect"
@@ -36,5 +36,5 @@ def test_in_the_first_frame(run, defective, tmp_path):
 
 
 def test_in_a_list(run, defective):
-    defective(command, "list_text")
+    defective(command_main, "list_text")
     check(run("list"))
