@@ -15,6 +15,7 @@ from accelscope.core.contract.build_log import (
     SPLIT,
 )
 from accelscope.core.contract.cells import NEVER
+from accelscope.core.evaluation.pages.pictures import steps_shown
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.parallel import Team
@@ -425,3 +426,13 @@ def test_subdivisions(scene, name, order):
     if name != "bsp":
         drawn = log.planes(nodes.boxes)
         assert len(drawn.owners) == len(cells.planes.owners) == len(log)
+
+
+@pytest.mark.parametrize("builder", BUILDERS)
+def test_pictures_of_the_building_show_few_cells(scene, builder):
+    cells = built(scene, builder).cells()
+    steps = steps_shown(cells)
+    assert steps == sorted(steps)
+    for step in steps:
+        there = (cells.extra["order"] <= step) & (cells.replaced > step)
+        assert 1 < there.sum() < cells.is_leaf.sum()

@@ -37,7 +37,7 @@ TINT_COVER, PLANE_COVER = 0.45, 0.35
 """Share of the view that tinted empty leaves, and planes, cover together."""
 
 SNAPSHOTS = (1 / 16, 1 / 4)
-"""When the building is shown: shares of its steps."""
+"""When the building is shown: shares of its steps, counted from the end where that is the root."""
 
 CANDIDATES = 32
 """Rays of which one is shown."""
@@ -94,8 +94,8 @@ class Gallery:
             pictures.append(("levels", *picture_of_levels(view, cells)))
         pictures.append(("leaves", *picture_of_leaves(view, cells)))
         if "order" in cells.extra:
-            for number, share in enumerate(SNAPSHOTS, 1):
-                pictures.append((f"built-{number}", *picture_of_building(view, cells, share)))
+            for number, step in enumerate(steps_shown(cells), 1):
+                pictures.append((f"built-{number}", *picture_of_building(view, cells, step)))
         if len(cells) > 1:
             single = next((rays for rays in batches if len(rays) == 1), None)
             walk = walk_to_show(view, structure, cells, single)
@@ -190,11 +190,18 @@ def picture_of_leaves(view: View, cells: Cells) -> tuple[str, np.ndarray]:
     return f"{caption} empty", edges_over(view, cells, leaves, image)
 
 
-def picture_of_building(view: View, cells: Cells, share: float) -> tuple[str, np.ndarray]:
-    """Return caption and image of the cells there were after a share of the steps."""
+def steps_shown(cells: Cells) -> list[int]:
+    """Return when the building is shown: while there are few cells, so that one can tell them."""
     order = cells.extra["order"]
     last = int(order.max())
-    step = int(np.ceil(share * last))
+    steps = [int(np.ceil(share * last)) for share in SNAPSHOTS]
+    return steps if order[0] == 0 else [last - step for step in reversed(steps)]
+
+
+def picture_of_building(view: View, cells: Cells, step: int) -> tuple[str, np.ndarray]:
+    """Return caption and image of the cells there were after a step."""
+    order = cells.extra["order"]
+    last = int(order.max())
     assert cells.replaced is not None
     there = (order <= step) & (cells.replaced > step)
     caption = f"building after step {show_integer(step)} of {show_integer(last)}"
