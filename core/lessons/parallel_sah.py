@@ -23,7 +23,7 @@ from ..kernels import call
 from ..progress import SILENT, Progress
 from ..sah.split_curve import has_curves, look_at_candidates
 from ..structures.bvh.builders.top_down import parallel_sah
-from ..structures.bvh.builders.top_down.parallel_split import reduction_step, rules
+from ..structures.bvh.builders.top_down.parallel_split import data_parallel_rules, reduction_step
 from ..structures.bvh.builders.top_down.recursion import room_for
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.tree import Primitives
@@ -87,7 +87,9 @@ def drawn_levels(bvh: BVH, progress: Progress) -> list[DrawnLevel]:
         From `progress`.
     """
     scene = bvh.scene
-    make_rule, order = rules(Primitives(scene.triangles, boxes_of(scene.triangles)), bvh.settings)
+    make_rule, order = data_parallel_rules(
+        Primitives(scene.triangles, boxes_of(scene.triangles)), bvh.settings
+    )
     tree, splits = room_for(len(order))
     nodes = []
     for level in parallel_sah.levels_of(make_rule, len(order), tree, splits, progress):
@@ -213,7 +215,9 @@ def min_reduction(bvh: BVH) -> Exhibit:
     def reduced(progress: Progress) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
         """Return planes and costs of the candidates, and who is left after each step."""
         progress.report(0, 1, "Looking at all candidates")
-        make_rule, order = rules(Primitives(scene.triangles, boxes_of(scene.triangles)), settings)
+        make_rule, order = data_parallel_rules(
+            Primitives(scene.triangles, boxes_of(scene.triangles)), settings
+        )
         rule = make_rule()
         progress.report(0, 1, "Looking at all candidates")
         call(look_at_candidates, rule, len(order), 0)

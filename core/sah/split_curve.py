@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from ..structures.bvh.hierarchy import BVH
 
 RULES: dict[str, Callable[..., tuple[Callable[[], Any], np.ndarray]]] = {
-    "sweep_sah": sweep_sah.rules,
-    "binned_sah": binned_sah.rules,
-    "parallel_sah": parallel_split.rules,
+    "sweep_sah": sweep_sah.sweep_rules,
+    "binned_sah": binned_sah.binned_rules,
+    "parallel_sah": parallel_split.data_parallel_rules,
 }
 """What makes the rules of the builders that choose among candidates by cost."""
 

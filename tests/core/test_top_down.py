@@ -18,7 +18,10 @@ from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVHSettings
 from accelscope.core.structures.bvh.builders import BUILDERS
 from accelscope.core.structures.bvh.builders.top_down import object_median, parallel_sah, sweep_sah
-from accelscope.core.structures.bvh.builders.top_down.parallel_split import reduction_step, rules
+from accelscope.core.structures.bvh.builders.top_down.parallel_split import (
+    data_parallel_rules,
+    reduction_step,
+)
 from accelscope.core.structures.bvh.builders.top_down.recursion import room_for
 from accelscope.core.structures.bvh.topology.tree import Primitives, depths_of, ranges_of
 from accelscope.sample_scenes import make_sample
@@ -316,7 +319,7 @@ def test_selection_puts_the_wanted_triangle_into_its_place():
 
 def levels_over(scene, settings):
     primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
-    make_rule, _ = rules(primitives, settings)
+    make_rule, _ = data_parallel_rules(primitives, settings)
     tree, splits = room_for(len(scene))
     return tree, list(parallel_sah.levels_of(make_rule, len(scene), tree, splits, SILENT))
 

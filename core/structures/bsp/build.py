@@ -42,7 +42,7 @@ from .grow import (
     REFERENCES,
     SHARE,
     Growing,
-    grow,
+    cut_cells,
     sweep,
 )
 from .grown import Grown, joined, numbered
@@ -90,7 +90,7 @@ class Builder:
         while True:
             begin = time.perf_counter()
             status = call(
-                grow, self.rule, self.limits, self.tree, self.lists, self.room, self.scratch,
+                cut_cells, self.rule, self.limits, self.tree, self.lists, self.room, self.scratch,
                 self.corners, self.shell, self.work,
             )  # fmt: skip
             seconds = time.perf_counter() - begin

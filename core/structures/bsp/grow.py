@@ -24,7 +24,7 @@ from .polyhedron import clip, measure_faces, measure_heights, side_areas
 from .references import append_side, move_references
 
 NEEDS_NODES, NEEDS_REFERENCES, NEEDS_POINTS, NEEDS_LISTED = range(3, 7)
-"""What else a call of :func:`grow` ends with, beside DONE, PAUSED and ASIDE: room is lacking."""
+"""How else a call of :func:`cut_cells` ends, beside DONE, PAUSED and ASIDE: room is lacking."""
 
 WAITING = 0
 """Link of a node that waits: no node has the root as its child."""
@@ -105,7 +105,7 @@ def cell_of(tree, node, room, path, shell, order):
 
 
 @kernel
-def grow(rule, limits, tree, lists, room, scratch, corners, shell, work):
+def cut_cells(rule, limits, tree, lists, room, scratch, corners, shell, work):
     """Split cells until none waits, one is to be put aside, room is lacking or `work` is done.
 
     `work` is a number of references to handle, more or less.

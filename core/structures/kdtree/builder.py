@@ -99,7 +99,7 @@ def divide_lists(planes, work, node, scratch, n_both):
 
 
 @kernel
-def grow(planes, limits, work, frontier, corners, allowance):
+def divide_cells(planes, limits, work, frontier, corners, allowance):
     """Split nodes until none waits, the next has no room, or it is one to hand back.
 
     Parameters
@@ -249,7 +249,7 @@ class Builder:
         return node, Builder(self.planes, inside, own, self.corners, self.meter, node)
 
     def run(self, reports: bool = False) -> int:
-        """Call :func:`grow` until it is DONE, or a node is to be put ASIDE.
+        """Call :func:`divide_cells` until it is DONE, or a node is to be put ASIDE.
 
         Parameters
         ----------
@@ -267,7 +267,7 @@ class Builder:
                 )
                 allowance = allowed(self.work, node, order)
             result = call(
-                grow, self.planes, self.limits, self.work, self.frontier, self.corners,
+                divide_cells, self.planes, self.limits, self.work, self.frontier, self.corners,
                 min(allowance, max(ALLOWANCE, room)),
             )  # fmt: skip
             n_nodes, n_listed = self.work.state[[N_NODES, N_LISTED]].tolist()

@@ -57,7 +57,7 @@ from ..subdivision.structure import (
 from ..subdivision.tree import child
 from . import octants as octants  # registers the kernels of the storages
 from .assignment import assignment_named
-from .build import Rule, finish, grow
+from .build import Rule, cut_into_octants, finish
 from .planes import PLACEMENTS
 from .storage import (
     HASH_LEVELS,
@@ -217,7 +217,7 @@ class Octree(LinkedSubdivision):
             assignment_named(settings.assignment, triangles, boxes_of(scene.triangles), closed),
         )
         box = padded_box(scene.lower, scene.upper, settings.padding)
-        tree = grow(len(scene), box, rule, progress)
+        tree = cut_into_octants(len(scene), box, rule, progress)
         return cls(scene, settings, finish(tree), triangles, log)
 
     def topology(self) -> Topology:

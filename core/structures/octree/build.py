@@ -221,7 +221,7 @@ def starts_of(sizes: np.ndarray) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
 
 
-def grow(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
+def cut_into_octants(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
     """Build a tree over n triangles.
 
     Parameters

@@ -191,7 +191,7 @@ def greatest(values: np.ndarray, count: int) -> np.ndarray:
     return chosen[np.lexsort([chosen, -values[chosen]])]
 
 
-def optimise(
+def reinsert_nodes(
     tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool = False
 ) -> Rearrangement:
     """Reinsert in batches; a step is a batch.
@@ -225,5 +225,5 @@ def optimise(
 OPTIMISER = Optimiser(
     "The worst nodes are taken apart, one after another (Bittner 2013)",
     CostSettings,
-    optimise,
+    reinsert_nodes,
 )

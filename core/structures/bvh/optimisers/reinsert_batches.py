@@ -75,7 +75,7 @@ def largest(tree: LinkedTree, count: int) -> np.ndarray:
     return chosen.astype(np.int32)
 
 
-def optimise(
+def reinsert_in_batches(
     tree: LinkedTree, settings: Settings, progress: Progress, log: bool = False
 ) -> Rearrangement:
     """Reinsert in rounds, as many as the settings say or until little is gained; a step is a round.
@@ -97,5 +97,5 @@ def optimise(
 OPTIMISER = Optimiser(
     "The largest nodes look for a better place at once: much of the gain in little time",
     Settings,
-    optimise,
+    reinsert_in_batches,
 )

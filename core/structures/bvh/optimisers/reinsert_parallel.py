@@ -239,7 +239,7 @@ class Rounds:
         return self._work.done()
 
 
-def optimise(
+def reinsert_in_parallel(
     tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool = False
 ) -> Rearrangement:
     """Reinsert in rounds until one gains less than ENOUGH; a step is a round.
@@ -265,5 +265,5 @@ OPTIMISER = Optimiser(
     "All nodes look for a better place at once; on few cores slower than one "
     "after another (Meister and Bittner 2018)",
     CostSettings,
-    optimise,
+    reinsert_in_parallel,
 )

@@ -99,7 +99,7 @@ def rotate_range(tree, nodes, first, last, least, moves):
                 gain = np.nan
 
 
-def optimise(
+def rotate_subtrees(
     tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool = False
 ) -> Rearrangement:
     """Rotate; a step is one pass over all nodes.
@@ -125,5 +125,5 @@ def optimise(
 OPTIMISER = Optimiser(
     "Children and grandchildren change places (Kensler 2008)",
     CostSettings,
-    optimise,
+    rotate_subtrees,
 )

@@ -158,7 +158,7 @@ def arrange_best(search, tree, treelet, count):
 
 
 @inner
-def grow(tree, root, treelet):
+def gather_treelet(tree, root, treelet):
     """Take the treelet below a node.
 
     Return the number of its leaves and the sum of the areas of its inner nodes but the root.
@@ -237,7 +237,7 @@ def restructure_range(search, tree, nodes, first, last, least, treelet, moves):
     for i in range(last - 1, first - 1, -1):
         if tree.left[nodes[i]] < 0:
             continue
-        count, areas = grow(tree, nodes[i], treelet)
+        count, areas = gather_treelet(tree, nodes[i], treelet)
         if count < len(treelet.leaves):
             continue
         gain = areas - arrange(search, tree, treelet, count)
@@ -286,7 +286,7 @@ def restructure(
     return work.done()
 
 
-def optimise(
+def restructure_treelets(
     tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool = False
 ) -> Rearrangement:
     """Replace treelets by the best trees over their leaves.
@@ -306,5 +306,5 @@ def optimise(
 OPTIMISER = Optimiser(
     "The best tree over every seven subtrees (Karras and Aila 2013)",
     CostSettings,
-    optimise,
+    restructure_treelets,
 )

@@ -81,7 +81,7 @@ def arrange_pairs(search, tree, treelet, count):
     return areas
 
 
-def optimise(
+def agglomerate_treelets(
     tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool = False
 ) -> Rearrangement:
     """Replace treelets by those that joining pairs makes, where these are better.
@@ -98,5 +98,5 @@ def optimise(
 OPTIMISER = Optimiser(
     "Every nine subtrees joined pair by pair (Domingues and Pedrini 2015)",
     CostSettings,
-    optimise,
+    agglomerate_treelets,
 )

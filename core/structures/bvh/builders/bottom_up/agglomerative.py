@@ -245,7 +245,7 @@ def cluster(boxes: np.ndarray, progress: Progress) -> LinkedTree:
     return tree
 
 
-def build(
+def build_agglomerative(
     primitives: Primitives, settings: LeafSettings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Build the tree.
@@ -263,5 +263,5 @@ def build(
 BUILDER = Builder(
     "Bottom-up, the two closest clusters merged (Walter 2008)",
     LeafSettings,
-    build,
+    build_agglomerative,
 )

@@ -230,7 +230,7 @@ def merge_blocks(
     team.run(merge_block, count)
 
 
-def build(
+def build_ploc(
     primitives: Primitives, settings: Settings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Sort, merge, choose leaves.
@@ -255,5 +255,5 @@ def build(
 BUILDER = Builder(
     "Bottom-up, neighbours along the Morton curve merge (Meister 2018)",
     Settings,
-    build,
+    build_ploc,
 )

@@ -39,7 +39,7 @@ class MortonSettings(LeafSettings):
 
 
 @inner
-def spread(x):
+def expand_bits(x):
     """Move bit i of a number of 21 bits to place 3 i."""
     x = (x | x << 32) & 0x001F00000000FFFF
     x = (x | x << 16) & 0x001F0000FF0000FF
@@ -70,7 +70,7 @@ def encode(boxes, low, scale, cells, codes, first, last):
         for axis in range(3):
             cell = int((boxes[i, axis] + boxes[i, 3 + axis] - low[axis]) * scale[axis])
             cell = cell if cell < cells else cells - 1
-            code = code << 1 | spread(cell)
+            code = code << 1 | expand_bits(cell)
         codes[i] = code
 
 

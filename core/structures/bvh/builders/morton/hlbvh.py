@@ -157,7 +157,7 @@ def build_top(top, boxes, number, deepest, bins, splits, stack):
         child += 2
 
 
-def build(
+def build_hlbvh(
     primitives: Primitives, settings: Settings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Sort, build the tree above the treelets, then the treelets.
@@ -225,5 +225,5 @@ def top_of(
 BUILDER = Builder(
     "LBVH below, SAH above (Pantaleoni and Luebke 2010)",
     Settings,
-    build,
+    build_hlbvh,
 )

@@ -199,7 +199,7 @@ def place_parts(parts, source, out, first, last):
             out.first[new] = source.first[old] + (shift if source.size[old] == 0 else 0)
 
 
-def build(
+def build_lbvh(
     primitives: Primitives, settings: MortonSettings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Sort, cut, choose leaves.
@@ -360,5 +360,5 @@ def arrange(top: Intervals, roots: list[int], parts: Parts) -> tuple[np.ndarray,
 BUILDER = Builder(
     "Intervals of sorted Morton codes (Lauterbach 2009)",
     MortonSettings,
-    build,
+    build_lbvh,
 )

@@ -106,7 +106,7 @@ def fit_upwards(tree, arrived, first, last):
             node = tree.parent[node]
 
 
-def build(
+def build_lbvh_parallel(
     primitives: Primitives, settings: MortonSettings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Sort, link all nodes, fit them, choose leaves.
@@ -141,5 +141,5 @@ def build(
 BUILDER = Builder(
     "The tree of LBVH, all nodes at once (Karras 2012)",
     MortonSettings,
-    build,
+    build_lbvh_parallel,
 )

@@ -237,7 +237,7 @@ def insert_all(boxes: np.ndarray, *, is_linear: bool, progress: Progress) -> RTr
     )
 
 
-def build(
+def build_rtree_insert(
     primitives: Primitives, settings: Settings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Build the tree.
@@ -277,5 +277,5 @@ def with_insertions(made: Grouping, count: int) -> BuildLog:
 BUILDER = Builder(
     "R-tree, one triangle inserted after the other (Guttman 1984)",
     Settings,
-    build,
+    build_rtree_insert,
 )

@@ -99,7 +99,7 @@ def pack(boxes: np.ndarray, progress: Progress) -> RTree:
     return RTree(*map(np.concatenate, (all_boxes, children, sizes, levels)))
 
 
-def build(
+def build_rtree_str(
     primitives: Primitives, settings: LeafSettings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Build the tree.
@@ -117,5 +117,5 @@ def build(
 BUILDER = Builder(
     "R-tree packed by sort-tile-recursive (Leutenegger 1997)",
     LeafSettings,
-    build,
+    build_rtree_str,
 )

@@ -51,7 +51,7 @@ def clear(boxes, row):
 
 
 @inner
-def grow(boxes, row, others, other):
+def enlarge(boxes, row, others, other):
     """Make a box contain another one; one just cleared changes nothing."""
     for axis in range(3):
         low, high = others[other, axis], others[other, 3 + axis]

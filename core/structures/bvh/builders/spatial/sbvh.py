@@ -322,7 +322,7 @@ class Construction:
         )
 
 
-def build(
+def build_sbvh(
     primitives: Primitives, settings: Settings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Build the tree.
@@ -392,5 +392,5 @@ def figures_of(work: Construction, n_references: int) -> dict[str, Any]:
 BUILDER = Builder(
     "Binned SAH with spatial splits, which cut triangles (Stich 2009)",
     Settings,
-    build,
+    build_sbvh,
 )

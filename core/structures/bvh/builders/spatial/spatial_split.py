@@ -17,7 +17,7 @@ import numpy as np
 from .....geometry.box import area_of
 from .....kernels import inner
 from ..top_down.recursion import axis_at
-from .chop import BOTH, LEFT, RIGHT, chop, clear, copy, grow, is_empty, restrict
+from .chop import BOTH, LEFT, RIGHT, chop, clear, copy, enlarge, is_empty, restrict
 
 SPATIAL, OBJECT = np.int64(0), np.int64(1)
 """Kinds of splits, and which row of a node's bounds has the box that is cut into bins: that around
@@ -88,18 +88,18 @@ def fill_bins(references, first, count, kind, axis, low, scale, used, bins):
         bins.counts[b] += 1
         bins.counts[used + last] += 1
         if b == last:
-            grow(bins.boxes, b, boxes, i)
+            enlarge(bins.boxes, b, boxes, i)
             continue
         copy(parts, REST, boxes, i)
         while b < last:
             plane = low + (b + 1) / scale
             chop(corners, slack, triangle[i], parts, REST, axis, plane, parts)
             if not is_empty(parts, LEFT):
-                grow(bins.boxes, b, parts, LEFT)
+                enlarge(bins.boxes, b, parts, LEFT)
             copy(parts, REST, parts, RIGHT)
             b += 1
         if not is_empty(parts, REST):
-            grow(bins.boxes, last, parts, REST)
+            enlarge(bins.boxes, last, parts, REST)
 
 
 @inner
@@ -146,13 +146,13 @@ def best_split(references, first, count, room, kind, bounds, used, bins, limits,
         # From the right.
         clear(parts, RIGHT)
         for b in range(used - 1, 0, -1):
-            grow(parts, RIGHT, bins.boxes, b)
+            enlarge(parts, RIGHT, bins.boxes, b)
             copy(bins.boxes, used + b - 1, parts, RIGHT)
         # From the left, with the other side at hand.
         clear(parts, LEFT)
         n_left, n_right = 0, count
         for b in range(used - 1):
-            grow(parts, LEFT, bins.boxes, b)
+            enlarge(parts, LEFT, bins.boxes, b)
             n_left += bins.counts[b]
             n_right -= bins.counts[used + b]
             if n_left == 0 or n_right == 0 or n_left + n_right > room:
@@ -190,12 +190,12 @@ def side_of(boxes, row, parts, n_left, n_right):
     left, right = area_of(parts[SIDES + LEFT]), area_of(parts[SIDES + RIGHT])
     cost, side = left * n_left + right * n_right, BOTH
     copy(parts, TRIAL, boxes, row)
-    grow(parts, TRIAL, parts, SIDES + LEFT)
+    enlarge(parts, TRIAL, parts, SIDES + LEFT)
     only_left = area_of(parts[TRIAL]) * n_left + right * (n_right - 1)
     if only_left < cost:
         cost, side = only_left, LEFT
     copy(parts, TRIAL, boxes, row)
-    grow(parts, TRIAL, parts, SIDES + RIGHT)
+    enlarge(parts, TRIAL, parts, SIDES + RIGHT)
     only_right = left * (n_left - 1) + area_of(parts[TRIAL]) * n_right
     return RIGHT if only_right < cost else side
 
@@ -245,10 +245,10 @@ def divide(references, first, count, kind, bounds, axis, last_left, n_left, n_ri
             else:
                 where = side_of(boxes, i, parts, n_left, n_right)
             if where == LEFT:
-                grow(parts, SIDES + LEFT, boxes, i)
+                enlarge(parts, SIDES + LEFT, boxes, i)
                 n_right -= 1
             elif where == RIGHT:
-                grow(parts, SIDES + RIGHT, boxes, i)
+                enlarge(parts, SIDES + RIGHT, boxes, i)
                 n_left -= 1
         if where == BOTH:
             copy(boxes, i, parts, LEFT)

@@ -39,9 +39,9 @@ from .recursion import (
     divide,
     enclose,
     enclose_boxes,
-    grow,
     limits_of,
     note,
+    split_recursively,
 )
 
 
@@ -172,7 +172,7 @@ def divide_binned(rule, first, count, axis, place, position):
     return i - first
 
 
-def rules(
+def binned_rules(
     primitives: Primitives, settings: BinnedSettings, curve_rows: int = 0
 ) -> tuple[Callable[[], Binned], np.ndarray]:
     """Return what makes a rule for one thread, and the order of the triangles while they are split.
@@ -192,7 +192,7 @@ def rules(
     return make_rule, order
 
 
-def build(
+def build_binned_sah(
     primitives: Primitives, settings: BinnedSettings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Build the tree; the boxes of the primitives are reordered.
@@ -202,13 +202,13 @@ def build(
     Cancelled
         From `progress`.
     """
-    make_rule, order = rules(primitives, settings)
-    tree, told = grow(make_rule, len(order), progress, log)
+    make_rule, order = binned_rules(primitives, settings)
+    tree, told = split_recursively(make_rule, len(order), progress, log)
     return Grouping(tree, order, log=told)
 
 
 BUILDER = Builder(
     "From the top down, SAH evaluated at bin borders (Wald 2007)",
     BinnedSettings,
-    build,
+    build_binned_sah,
 )

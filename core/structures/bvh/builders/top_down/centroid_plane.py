@@ -16,7 +16,7 @@ from .....geometry.box import area_of, clear, include
 from .....kernels import inner
 from .....progress import Progress
 from ...topology.tree import Grouping, Primitives
-from .recursion import TopDownSettings, axis_at, grow, limits_of
+from .recursion import TopDownSettings, axis_at, limits_of, split_recursively
 
 EVERY = np.int64(1 << 31)
 """As `last`: whatever lies in the plane goes left."""
@@ -115,5 +115,5 @@ def group_by(
     def make_rule() -> Any:
         return rule(limits, np.empty((2, 6)), np.empty((2, 6)), boxes, order)
 
-    tree, told = grow(make_rule, len(order), progress, log)
+    tree, told = split_recursively(make_rule, len(order), progress, log)
     return Grouping(tree, order, log=told)

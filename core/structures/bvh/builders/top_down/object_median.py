@@ -95,7 +95,7 @@ def divide_selection(rule, first, count, axis, place, position):
     return count // 2
 
 
-def build(
+def build_object_median(
     primitives: Primitives, settings: TopDownSettings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Build the tree; the boxes of the primitives are reordered.
@@ -111,5 +111,5 @@ def build(
 BUILDER = Builder(
     "From the top down, half of the triangles to each side",
     TopDownSettings,
-    build,
+    build_object_median,
 )

@@ -28,9 +28,9 @@ from .binned_sah import BinnedSettings
 from .parallel_split import (
     DataParallel,
     best_candidate,
+    data_parallel_rules,
     evaluate_candidates,
     place_candidates,
-    rules,
 )
 from .recursion import TEXT, compact, enclose, room_for, settle
 
@@ -241,7 +241,7 @@ def chunks_of(counts: np.ndarray, largest: int) -> list[tuple[int, int]]:
     return list(zip([0, *ends[:-1]], ends, strict=True))
 
 
-def build(
+def build_parallel_sah(
     primitives: Primitives, settings: BinnedSettings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Build the tree level by level; the boxes of the primitives are reordered.
@@ -253,7 +253,7 @@ def build(
     Cancelled
         From `progress`.
     """
-    make_rule, order = rules(primitives, settings)
+    make_rule, order = data_parallel_rules(primitives, settings)
     tree, splits = room_for(len(order), log)
     lengths, split = [], []
     for level in levels_of(make_rule, len(order), tree, splits, progress):
@@ -268,5 +268,5 @@ def build(
 BUILDER = Builder(
     "From the top down, level by level with queues, as on a GPU (Lauterbach 2009)",
     BinnedSettings,
-    build,
+    build_parallel_sah,
 )

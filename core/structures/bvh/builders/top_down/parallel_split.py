@@ -165,7 +165,7 @@ def divide_parallel(rule, first, count, axis, place, position):
     return n_left
 
 
-def rules(
+def data_parallel_rules(
     primitives: Primitives, settings: BinnedSettings, curve_rows: int = 0
 ) -> tuple[Callable[[], DataParallel], np.ndarray]:
     """Return what makes a rule for one thread, and the order of the triangles while they are split.

@@ -244,7 +244,7 @@ def compact(tree: Tree) -> Tree:
     return out
 
 
-def grow(
+def split_recursively(
     make_rule: Callable[[], Any],
     count: int,
     progress: Progress,

@@ -63,7 +63,7 @@ def divide_halving(rule, first, count, axis, place, position):
     return divide_by_plane(rule.boxes, rule.order, first, count, axis, 2.0 * position, EVERY)
 
 
-def build(
+def build_spatial_median(
     primitives: Primitives, settings: TopDownSettings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Build the tree; the boxes of the primitives are reordered.
@@ -79,5 +79,5 @@ def build(
 BUILDER = Builder(
     "From the top down, every node halved in space",
     TopDownSettings,
-    build,
+    build_spatial_median,
 )

@@ -33,9 +33,9 @@ from .recursion import (
     choose,
     divide,
     enclose,
-    grow,
     limits_of,
     note,
+    split_recursively,
 )
 
 SUBTREE = 1 << 14
@@ -159,7 +159,7 @@ def sorted_lists(boxes: np.ndarray) -> np.ndarray:
     return lists
 
 
-def rules(
+def sweep_rules(
     primitives: Primitives, settings: TopDownSettings, curve_rows: int = 0
 ) -> tuple[Callable[[], Sweep], np.ndarray]:
     """Return what makes a rule for one thread, and the order of the triangles while they are split.
@@ -178,7 +178,7 @@ def rules(
     return make_rule, lists[0]
 
 
-def build(
+def build_sweep_sah(
     primitives: Primitives, settings: TopDownSettings, progress: Progress, log: bool = False
 ) -> Grouping:
     """Build the tree.
@@ -189,13 +189,13 @@ def build(
         From `progress`.
     """
     progress.report(0, len(primitives.boxes), TEXT)
-    make_rule, order = rules(primitives, settings)
-    tree, told = grow(make_rule, len(order), progress, log, SUBTREE)
+    make_rule, order = sweep_rules(primitives, settings)
+    tree, told = split_recursively(make_rule, len(order), progress, log, SUBTREE)
     return Grouping(tree, order, log=told)
 
 
 BUILDER = Builder(
     "From the top down, SAH evaluated between all centroids",
     TopDownSettings,
-    build,
+    build_sweep_sah,
 )
