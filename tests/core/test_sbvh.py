@@ -66,7 +66,7 @@ def thicket(n=300):
 
 def grouped(corners, builder=sbvh, **changes):
     settings = dataclasses.replace(BVHSettings(builder="sbvh"), **changes)
-    return builder.build(Primitives(corners, boxes_of(corners)), settings, SILENT)
+    return builder.BUILDER.build(Primitives(corners, boxes_of(corners)), settings, SILENT)
 
 
 def references_of(corners, room):
