@@ -4,6 +4,7 @@ Its counter and its figure are found in the table, in JSON and CSV, on the page 
 """
 
 import json
+import os
 import subprocess
 import sys
 import textwrap
@@ -143,12 +144,14 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def start(folder):
     """Run Python in a process that knows the structure; return what it prints."""
+    # A cache of its own: other processes could not load kernels that name this structure.
+    environment = os.environ | {"XDG_CACHE_HOME": str(folder / "cache")}
 
     def run(code, *arguments):
         program = START + textwrap.dedent(code)
         done = subprocess.run(
             [sys.executable, "-c", program, folder, *map(str, arguments)],
-            capture_output=True, text=True, check=False,
+            capture_output=True, text=True, check=False, env=environment,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         return done.stdout
