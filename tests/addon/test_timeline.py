@@ -66,9 +66,7 @@ def test_comparison_over_the_timeline(twist, root, current, tmp_path):
     assert twist.context.scene.frame_current == 4
     assert current.status(twist.context).up_to_date
     assert [record["frame"] for record in current.timeline] == [3, 3, 4, 4, 5, 5, 6, 6]
-    from accelscope.core.lessons import exhibits_of
-
-    exhibits = {each.name: each for each in exhibits_of(current.built.structure)}
+    exhibits = {each.name: each for each in current.showcase.exhibits}
     assert exhibits["refit_over_timeline"].count == 4
     path = tmp_path / "figures.json"
     twist.ops.accelscope.export(filepath=str(path), format="JSON")

@@ -33,7 +33,7 @@ def test_the_walk_ends_before_the_second_object(build):
     assert steps.cell[steps.kind == VISIT_LEAF].tolist() == [2]
     assert sorted(steps.cell[steps.kind == SKIP].tolist()) == [0, 1, 3]
     assert steps.primitive[steps.kind == JUMP].tolist() == [3]
-    assert event_text(steps, len(steps) - 1).startswith("leap over 3: t = 5")
+    assert event_text(steps, len(steps) - 1).startswith("jump over 3: t = 5")
     # Lines that never stop look into all of them, in order.
     steps = structure.record(DOWN, 0, ALL)
     assert steps.cell[steps.kind == VISIT_LEAF].tolist() == [2, 0, 3, 1]

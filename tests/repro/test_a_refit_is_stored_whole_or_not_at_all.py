@@ -37,7 +37,7 @@ def test_refit(bpy: Any, cube: Any, root: Any, current: Any, builder: str, optim
     [
         "accelscope.core.structures.bvh.hierarchy.BVH.cells",
         "accelscope.core.structures.bvh.hierarchy.BVH.statistics",
-        "accelscope.core.structures.bvh.hierarchy.BVH.exhibits",
+        "accelscope.core.lessons.exhibits_of",
         "accelscope.addon.drawing.overlay.set_cells",
     ],
 )

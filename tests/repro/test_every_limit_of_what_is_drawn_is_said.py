@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from accelscope.addon.drawing import selection
+from accelscope.addon.drawing import selection, shown
 from accelscope.addon.drawing.drawable import make_drawable
 from accelscope.core.contract.cells import Cells
 
@@ -35,4 +35,4 @@ def test_both_limits(monkeypatch, held, drawn, said):
     boxes = np.tile([0.0, 0, 0, 1, 1, 1], (200, 1))
     ones = np.ones(200, dtype=np.int32)
     cells = Cells.sorted_by_depth(boxes, ones, ones > 0, ones)
-    assert selection.shown_text(make_drawable(cells), DISPLAY) == said
+    assert shown.in_words(make_drawable(cells), DISPLAY) == said
