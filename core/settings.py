@@ -172,7 +172,9 @@ def composed(
                     of_parts.setdefault(each.name, (each, []))[1].append(choice)
         for each, choices in of_parts.values():
             rows.append((each.name, each.type, _copy_of(each, {field.name: choices})))
-    return dataclasses.make_dataclass(name, rows, frozen=True, namespace={"__doc__": doc})
+    return dataclasses.make_dataclass(
+        name, rows, frozen=True, namespace={"__doc__": doc, "__module__": own.__module__}
+    )
 
 
 def _copy_of(field: dataclasses.Field, only_for: Mapping[str, list[str]] | None) -> Any:

@@ -57,6 +57,16 @@ def test_the_window_test_follows_the_five_minutes_word_by_word() -> None:
 OUTPUTS = {"--json", "--csv", "--hits", "--pictures"}
 
 
+def test_the_readme_tells_every_counter() -> None:
+    from accelscope.core.structures import structures
+
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    _, _, figures = readme.partition("\n## The figures\n")
+    told = set(re.findall(r"`(\w+)`", figures.partition("\n## ")[0]))
+    counters = {each.name for kind in structures().values() for each in kind.COUNTERS}
+    assert counters <= told
+
+
 def test_the_python_examples_run_one_after_the_other() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     examples = re.findall(r"^```python\n(.*?)^```", readme, re.M | re.S)

@@ -74,17 +74,13 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
         For whatever is wrong with the arguments, the frames or the places to write to.
     """
     from ...core.contract.protocols import Refittable
-    from ...core.structures import structures
+    from ...core.structures import structures_that_are
 
-    chosen = (
-        []
-        if arguments.structure == "all"
-        else structure_specs([arguments.structure], functools.partial(say, arguments))
-    )
-    if not all(issubclass(structure, Refittable) for structure, _ in chosen) or not chosen:
-        known = " or ".join(n for n, each in structures().items() if issubclass(each, Refittable))
+    chosen = structure_specs([arguments.structure], functools.partial(say, arguments))
+    structure, settings = chosen[0]
+    if len(chosen) > 1 or not issubclass(structure, Refittable):
+        known = " or ".join(each.name for each in structures_that_are(Refittable))
         raise InputError(f"only {known} can be refitted, not {arguments.structure}")
-    ((structure, settings),) = chosen
     ((workload, workload_settings),) = workload_specs([arguments.rays])
     refuse_bad_threads(arguments.threads)
     numbers = frame_numbers(arguments.frames) if arguments.frames else None

@@ -52,7 +52,7 @@ def is_refittable(structure: Any) -> bool:
 
 def refittable_labels() -> str:
     """Return the labels of the structures that can, for a message."""
-    from ...core.contract.protocols import Refittable, labels_of
-    from ...core.structures import structures
+    from ...core.contract.protocols import Refittable
+    from ...core.structures import structures_that_are
 
-    return labels_of(structures().values(), Refittable)
+    return " or ".join(each.label for each in structures_that_are(Refittable))

@@ -156,7 +156,7 @@ class BuildLog:
         node = names[self.node].astype(np.int32)
         return replace(self, node=node, children=children, cells=np.asarray(cells, np.int32))
 
-    def and_then(self, *others: BuildLog) -> BuildLog:
+    def with_events(self, *others: BuildLog) -> BuildLog:
         """Return these events and others behind them, which go on with the same or later steps.
 
         Cells are those of this log; names have to be the same in all.
@@ -169,13 +169,13 @@ class BuildLog:
 
     def merged_with(self, other: BuildLog) -> BuildLog:
         """Return the events of both in the order of their steps, of equal ones these first."""
-        both = self.and_then(other)
+        both = self.with_events(other)
         order = np.argsort(both.step, kind="stable")
         return replace(both, **{name: getattr(both, name)[order] for name in COLUMNS})
 
     def then(self, other: BuildLog) -> BuildLog:
         """Return these events and what was done afterwards, whose steps count on from here."""
-        return self.and_then(replace(other, step=other.step + self.last_step))
+        return self.with_events(replace(other, step=other.step + self.last_step))
 
     def steps(self, parent: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return when every cell was made, and when others took its place.

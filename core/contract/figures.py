@@ -7,7 +7,7 @@ there, and show no row that the structure does not have.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 
@@ -36,6 +36,11 @@ class Figure(NamedTuple):
     unit: str = ""
     section: str = "Structure"
     column: str = ""
+
+    @property
+    def path(self) -> list[str]:
+        """Where its value stands in the statistics."""
+        return self.key.split(".")
 
 
 N_IN = Figure("N_IN", "inner nodes", "N_IN inner nodes", "count")
@@ -77,10 +82,10 @@ COST_OF_TREE = (
 )  # fmt: skip
 
 
-def value_of(values: Mapping[str, Any], key: str) -> Any:
-    """Return the value at a key whose dots lead into mappings; None if there is none."""
+def look_up(values: Mapping[str, Any], path: Sequence[str]) -> Any:
+    """Return the value at a path of keys, None where there is no such part."""
     value: Any = values
-    for name in key.split("."):
+    for name in path:
         value = value.get(name) if isinstance(value, Mapping) else None
     return value
 
@@ -92,9 +97,9 @@ def of_keys(values: Mapping[str, Any], figures: tuple[Figure, ...]) -> dict[str,
     """
     chosen: dict[str, Any] = {}
     for figure in figures:
-        value = value_of(values, figure.key)
+        *outer, last = path = figure.path
+        value = look_up(values, path)
         if value is not None:
-            *outer, last = figure.key.split(".")
             place = chosen
             for name in outer:
                 place = place.setdefault(name, {})

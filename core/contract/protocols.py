@@ -5,7 +5,6 @@ So nobody asks for a structure by its name, and a new one that can the same is t
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -50,8 +49,3 @@ class Refittable(Protocol):
 
     def upper_boxes(self, levels: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the boxes of the upper levels, (k, 6), and the depth of each, (k,)."""
-
-
-def labels_of(structures: Iterable[Any], protocol: type) -> str:
-    """Return the labels of those structures that can something, for a message: ``"BVH or X"``."""
-    return " or ".join(each.label for each in structures if issubclass(each, protocol))

@@ -18,7 +18,8 @@ from ..geometry.box_shape import box_segments
 from ..kernels import call
 from ..parallel import Team
 from ..progress import SILENT, Progress
-from ..structures.bvh.builders.morton.codes import codes_of, sort_by_code
+from ..structures.bvh.builders import BUILDERS
+from ..structures.bvh.builders.morton.codes import MortonSettings, codes_of, sort_by_code
 from ..structures.bvh.builders.morton.hlbvh import boxes_around
 from ..structures.bvh.builders.morton.lbvh import find_cut
 from ..structures.bvh.builders.morton.radix_sort import DIGIT, passes, split
@@ -49,7 +50,7 @@ class Sorted(NamedTuple):
 
 def morton_exhibits(bvh: BVH) -> list[Exhibit]:
     """Return the exhibits of the curve and of the sort, of builders that sort along the curve."""
-    if bvh.settings.builder not in ("lbvh", "lbvh_parallel", "hlbvh", "ploc"):
+    if not issubclass(BUILDERS[bvh.settings.builder].Settings, MortonSettings):
         return []
     return [morton_curve(bvh), radix_sort(bvh), radix_2_split(bvh)]
 

@@ -40,3 +40,8 @@ def structure_named(name: str) -> type[Structure]:
     except KeyError:
         known = ", ".join(structures())
         raise InputError(f"there is no structure '{name}'; known are: {known}") from None
+
+
+def structures_that_are(protocol: type) -> list[type[Structure]]:
+    """Return those that can what one of :mod:`..contract.protocols` says."""
+    return [each for each in structures().values() if issubclass(each, protocol)]

@@ -89,6 +89,30 @@ def test_camera_does_not_matter(bpy: Any, built: Any, status: Any) -> None:
     assert status() == "Up to date"
 
 
+def test_lights_matter_to_what_is_built_from_them(
+    bpy: Any, root: Any, status: Any, current: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from accelscope.core.contract.needs import GEOMETRY, LIGHTS
+    from accelscope.core.structures.naive import Naive
+
+    monkeypatch.setattr(Naive, "needs", frozenset({GEOMETRY, LIGHTS}))
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.ops.object.light_add(type="POINT", location=(0.0, 0.0, 5.0))
+    lamp = bpy.context.object
+    root.structure, root.workload = "naive", "random_lines"
+    bpy.ops.accelscope.build()
+    assert status() == "Up to date"
+    assert bpy.ops.accelscope.trace() == {"FINISHED"}
+    lamp.location.x = 1.0
+    bpy.context.view_layer.update()
+    assert status() == "Out of date: the lights were changed"
+    with pytest.raises(RuntimeError, match="the lights were changed, and Naive is built from that"):
+        bpy.ops.accelscope.trace()
+    lamp.location.x = 0.0
+    bpy.context.view_layer.update()
+    assert status() == "Up to date"
+
+
 def test_renaming_does_not_matter(built: Any, status: Any) -> None:
     built.name = "Dice"
     assert status() == "Up to date"

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 from accelscope.core.contract.needs import CAMERA, GEOMETRY, LIGHTS, moved
-from accelscope.core.contract.protocols import Linked, Refittable, Skipping, labels_of
+from accelscope.core.contract.protocols import Linked, Refittable, Skipping
 from accelscope.core.errors import InputError
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.scene import SUN, Camera, Light
-from accelscope.core.structures import structures
+from accelscope.core.structures import structures, structures_that_are
 from accelscope.core.structures.naive import Naive
 from accelscope.sample_scenes import make_sample
 
@@ -60,7 +60,6 @@ def test_what_it_needs_may_not_move(scene):
 
 
 def test_who_can_what():
-    kinds = structures().values()
-    assert labels_of(kinds, Refittable) == structures()["bvh"].label
-    assert {each.name for each in kinds if issubclass(each, Linked)} == {"kdtree", "octree"}
-    assert {each.name for each in kinds if issubclass(each, Skipping)} == {"macro_grid"}
+    assert [each.name for each in structures_that_are(Refittable)] == ["bvh"]
+    assert [each.name for each in structures_that_are(Linked)] == ["kdtree", "octree"]
+    assert [each.name for each in structures_that_are(Skipping)] == ["macro_grid"]

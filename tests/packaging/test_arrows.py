@@ -99,3 +99,10 @@ def test_no_arrow_leads_upward(module: str) -> None:
             assert height_of(name) <= height_of(module), f"{module} imports {name}"
         elif name in MODULES:
             assert first == floor or first in BELOW[floor], f"{module} imports {name}"
+
+
+@pytest.mark.parametrize("module", [name for name in MODULES if not name.startswith("core.")])
+def test_nobody_above_the_core_knows_a_structure_by_name(module: str) -> None:
+    """They find them all, and ask of each what it declares."""
+    named = [name for name in ARROWS[module] if name.startswith("core.structures.")]
+    assert named == []

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ...contract.figures import look_up
 from ...printing import in_html
 from ..records.animation import METHODS, Comparison, growth
-from ..records.report import Record, look_up, show_number, write_text
+from ..records.report import Record, show_number, write_text
 from .chart import Curve, line_chart
 from .page import figure_tags, page_of
 from .pictures import picture_of_levels

@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from ...contract.figures import look_up
 from ...contract.protocols import Refittable
 from ...contract.structure import Structure
 from ...errors import InputError
@@ -29,7 +30,7 @@ from .experiment import (
     refuse_not_finite,
     trace_rays,
 )
-from .report import Record, aligned, failure, look_up, show_number, show_seconds
+from .report import Record, aligned, failure, show_number, show_seconds
 
 METHODS = ("refit", "rebuild")
 

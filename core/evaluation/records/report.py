@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ...contract.figures import look_up
 from ...contract.structure import Structure
 from ...memory import in_words
 from ...printing import printable
@@ -169,7 +170,7 @@ def rows_of(structure: type[Structure]) -> list[Row]:
             Row(
                 each.section,
                 each.label,
-                ("statistics", *each.key.split(".")),
+                ("statistics", *each.path),
                 each.unit,
                 each.column,
             )
@@ -182,14 +183,6 @@ def rows_of(structure: type[Structure]) -> list[Row]:
             for each in structure.COUNTERS
         ),
     ]
-
-
-def look_up(record: Record, path: Sequence[str]) -> Any:
-    """Return the value at a path of keys, None where the record has no such part."""
-    value: Any = record
-    for name in path:
-        value = value.get(name) if isinstance(value, dict) else None
-    return value
 
 
 def figures(record: Record) -> list[tuple[str, str, str]]:

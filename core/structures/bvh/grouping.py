@@ -16,7 +16,7 @@ from ...settings import part_of
 from .builders import BUILDERS
 from .optimisers import OPTIMISERS
 from .optimisers.rearranging import Rearrangement
-from .topology.build_log import Story
+from .topology.build_log import LogSoFar
 from .topology.collapse import LeafRule, collapse, total_cost
 from .topology.tree import Grouping, Primitives, Tree, linked
 
@@ -53,17 +53,17 @@ def group(
     tree = linked(grouping.tree)
     progress.report(1, 2, "Choosing leaves")
     rule = LeafRule.of(settings)
-    story = Story(grouping, tree) if log else None
+    so_far = LogSoFar(grouping, tree) if log else None
     as_built = Collapsed(*collapse(tree, rule))
-    if story:
-        as_built = as_built._replace(log=story.until(tree, as_built.tree))
+    if so_far:
+        as_built = as_built._replace(log=so_far.until(tree, as_built.tree))
     progress.report(2, 2, "Choosing leaves")
     rearrangement = optimiser.optimise(tree, part_of(settings, optimiser.Settings), progress, log)
-    if story:
-        story.go_on(tree, rearrangement.log)
+    if so_far:
+        so_far.go_on(tree, rearrangement.log)
     rearranged = Collapsed(*collapse(tree, rule))
-    if story:
-        rearranged = rearranged._replace(log=story.until(tree, rearranged.tree))
+    if so_far:
+        rearranged = rearranged._replace(log=so_far.until(tree, rearranged.tree))
     pays = total_cost(rearranged.tree, rule) <= total_cost(as_built.tree, rule)
     best = rearranged if pays else as_built
     figures = grouping.figures | rearrangement.figures() | {"optimise_pays": pays}

@@ -29,6 +29,7 @@ from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...ranges import ranges
 from ...scene import Scene
+from .builders import BUILDERS
 from .figures.efficiency import Efficiency, hierarchy_efficiency
 from .figures.overlap import sibling_overlap
 from .grouping import group
@@ -137,14 +138,15 @@ class BVH(Structure):
     @classmethod
     def refuse_too_large(cls, scene: Scene, settings: Any) -> None:
         """Refuse what would not fit into memory, or has no numbers, as the settings say."""
-        references = len(scene) * (1.0 + settings.duplication * (settings.builder == "sbvh"))
+        duplicates = BUILDERS[settings.builder].most_duplicates(settings)
+        references = len(scene) * (1.0 + duplicates)
         refuse_if_unnumbered(2.0 * references, "nodes of the bvh", "use a smaller scene")
         super().refuse_too_large(scene, settings)
-        if settings.builder == "sbvh":
-            per_triangle = cls.BYTES_PER_TRIANGLE + settings.duplication * cls.BYTES_PER_REFERENCE
+        if duplicates:
+            per_triangle = cls.BYTES_PER_TRIANGLE + duplicates * cls.BYTES_PER_REFERENCE
             refuse_if_too_large(
                 int(len(scene) * per_triangle),
-                f"sbvh over {len(scene)} triangles with duplication {settings.duplication:g}",
+                f"{settings.builder} over {len(scene)} triangles with duplication {duplicates:g}",
                 "lower duplication or use a smaller scene",
             )
 

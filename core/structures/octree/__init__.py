@@ -14,7 +14,7 @@ of a tree, and more than could be held of the 62 of a slanting cone. Exactly ass
 limit DUPLICATION and the depth left to the number of triangles, there are 5 to 12 of the same
 meshes, at a SAH cost lower by 13 to 74 %; no scene can have more than the limit.
 
-A. Glassner: Space LinkedSubdivision for Fast Ray Tracing, IEEE CG&A 4(10), 1984.
+A. Glassner: Space Subdivision for Fast Ray Tracing, IEEE CG&A 4(10), 1984.
 """
 
 from __future__ import annotations

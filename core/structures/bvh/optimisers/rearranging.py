@@ -178,7 +178,7 @@ class Work:
         log = None
         if self._boxes is not None:
             nothing = BuildLog.of(FIT, NO_CELLS, NO_CELLS, cells=np.arange(len(self._boxes)))
-            log = nothing.and_then(*self._events)
+            log = nothing.with_events(*self._events)
         return Rearrangement(self.costs, rows, made, log)
 
 

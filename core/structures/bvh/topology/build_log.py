@@ -102,7 +102,7 @@ def grouping_of_merges(tree: LinkedTree, rule: LeafRule, step: np.ndarray | None
     return Grouping(finished, order, log=log)
 
 
-class Story:
+class LogSoFar:
     """The log of a tree that is rearranged, as it goes on; names are the linked nodes.
 
     Only what will be lost is noted while the work is under way.
@@ -190,7 +190,7 @@ def log_of_balancing(tree: LinkedTree, left: np.ndarray, right: np.ndarray) -> B
     children = np.stack([tree.left[moved], tree.right[moved]], axis=1)
     step, names = np.ones(len(moved), np.int64), np.arange(len(left))
     moves = BuildLog.of(MOVE, step, moved, children, cells=names)
-    return moves.and_then(BuildLog.of(FIT, step, moved, cells=names))
+    return moves.with_events(BuildLog.of(FIT, step, moved, cells=names))
 
 
 def splits_of_nodes(log: BuildLog, n_nodes: int) -> dict[str, np.ndarray]:

@@ -161,11 +161,14 @@ class Builder(NamedTuple):
     build : callable
         Makes a grouping: ``build(primitives, settings, progress, log)``, where `log` says whether
         it is to have a log.
+    most_duplicates : callable
+        Returns how many references its settings allow beside one per triangle, per triangle.
     """
 
     summary: str
     Settings: type
     build: Builds
+    most_duplicates: Callable[[Any], float] = lambda settings: 0.0
 
 
 @kernel

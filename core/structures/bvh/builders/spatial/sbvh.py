@@ -393,4 +393,5 @@ BUILDER = Builder(
     "Binned SAH with spatial splits, which cut triangles (Stich 2009)",
     Settings,
     build_sbvh,
+    most_duplicates=lambda settings: settings.duplication,
 )
