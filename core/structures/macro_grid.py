@@ -182,13 +182,13 @@ def measure_distances(
     distances[:, is_occupied] = 0
     for number, (row, neighbours, order) in enumerate(passes):
 
-        def spread_some(first: int, last: int) -> None:
+        def propagate_some(first: int, last: int) -> None:
             # Run at once, so the loop's variables are those of this pass.
             call(propagate_distances, distances[row], resolution, neighbours, order, first, last)  # noqa: B023
 
         # One thread, which takes the chunks in their order: each needs what the last one found.
         text = f"Macro-cells: distances, pass {number + 1} of {len(passes)}"
-        for_chunks(spread_some, int(resolution[0] * resolution[1]), 1, progress, text)
+        for_chunks(propagate_some, int(resolution[0] * resolution[1]), 1, progress, text)
     return distances
 
 
@@ -359,7 +359,7 @@ class MacroGrid(Grid):
         Figure("distance_bytes", "memory that the distances take"),
     )
 
-    arrays: MacroGridArrays  # type: ignore[assignment]
+    arrays: MacroGridArrays  # type: ignore[assignment]  # those of a grid, and distances
 
     @staticmethod
     def more_bytes_per_cell(settings: GridSettings) -> int:

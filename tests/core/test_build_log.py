@@ -433,6 +433,14 @@ def test_pictures_of_the_building_show_few_cells(scene, builder):
     cells = built(scene, builder).cells()
     steps = steps_shown(cells)
     assert steps == sorted(steps)
+    assert steps
     for step in steps:
         there = (cells.extra["order"] <= step) & (cells.replaced > step)
         assert 1 < there.sum() < cells.is_leaf.sum()
+
+
+@pytest.mark.parametrize("name", ["kdtree", "octree", "bsp"])
+def test_what_is_built_at_once_has_no_picture_of_its_building(name):
+    kind = structures()[name]
+    scene = make_sample("nonuniform")
+    assert steps_shown(kind.build(scene, kind.Settings(), log=True).cells()) == []

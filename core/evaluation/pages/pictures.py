@@ -191,11 +191,15 @@ def picture_of_leaves(view: View, cells: Cells) -> tuple[str, np.ndarray]:
 
 
 def steps_shown(cells: Cells) -> list[int]:
-    """Return when the building is shown: while there are few cells, so that one can tell them."""
+    """Return when the building is shown: while there are few cells, so that one can tell them.
+
+    Neither before it has begun nor when all is built, which other pictures show.
+    """
     order = cells.extra["order"]
     last = int(order.max())
-    steps = [int(np.ceil(share * last)) for share in SNAPSHOTS]
-    return steps if order[0] == 0 else [last - step for step in reversed(steps)]
+    steps = {int(np.ceil(share * last)) for share in SNAPSHOTS}
+    shown = steps if order[0] == 0 else {last - step for step in steps}
+    return sorted(shown - {0, last})
 
 
 def picture_of_building(view: View, cells: Cells, step: int) -> tuple[str, np.ndarray]:

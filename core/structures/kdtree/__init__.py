@@ -12,6 +12,7 @@ J. L. Bentley: Multidimensional Binary Search Trees Used for Associative Searchi
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -195,6 +196,17 @@ class KdTree(LinkedSubdivision):
     summary = "Binary tree of cells, cut by planes across one axis each"
     Settings = KdTreeSettings
 
+    def __init__(
+        self,
+        scene: Scene,
+        settings: KdTreeSettings,
+        tree: KdTreeArrays,
+        triangles: Triangles,
+        log: Callable[[Any], BuildLog] | None = None,
+    ) -> None:
+        super().__init__(scene, settings, None, triangles, log)
+        self.with_walk(tree)
+
     @classmethod
     def build(
         cls,
@@ -212,9 +224,7 @@ class KdTree(LinkedSubdivision):
         cell = padded_box(scene.lower, scene.upper, settings.padding)
         tree, made, size = build_tree(triangles, cell, settings, progress)
         told = functools.partial(log_of, made, size) if log else None
-        structure = cls(scene, settings, None, triangles, told)
-        structure.with_walk(tree)
-        return structure
+        return cls(scene, settings, tree, triangles, told)
 
     def topology(self) -> Topology:
         """Return the cells of all nodes."""
