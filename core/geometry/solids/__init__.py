@@ -1,0 +1,1 @@
+"""Elementary solids: what a ray can hit beside triangles at rest."""
