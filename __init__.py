@@ -5,7 +5,7 @@ In a script or a notebook this package has the names of :mod:`.addon.interface`:
 
     import accelscope
 
-    scene = accelscope.load("sample:tetra:depth=5")
+    scene = accelscope.load("sample:tetra:size=5")
     built = accelscope.build(scene, "bvh", builder="ploc")
     traced = accelscope.trace(built, "random_lines", count=1000)
     print(traced.counters["N_IT"].mean())

@@ -32,7 +32,7 @@ def load(source: str) -> Scene:
     ----------
     source : str
         As on the command line: a mesh file (OBJ, PLY, STL, GLB, glTF, OFF), a .blend, or
-        ``"sample:tetra:depth=5"``.
+        ``"sample:tetra:size=5"``.
 
     Raises
     ------

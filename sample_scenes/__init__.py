@@ -59,7 +59,7 @@ def sample_named(name: str) -> Sample:
 
 
 def make_sample(spec: str) -> Scene:
-    """Return the scene that ``NAME[:key=value,...]`` means, for example ``"tetra:depth=4"``.
+    """Return the scene that ``NAME[:key=value,...]`` means, for example ``"tetra:size=4"``.
 
     Raises
     ------

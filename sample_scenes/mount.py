@@ -32,8 +32,8 @@ SPHERE_RADIUS = 0.17
 class Settings:
     """Settings of mount."""
 
-    size_factor: int = setting(
-        6, "Size factor", "Levels of subdivision SF: 2 * 4^SF triangles in the mountain",
+    size: int = setting(
+        6, "Size", "Size factor of the SPD, levels of subdivision: 2 * 4^size triangles, spheres",
         unit="levels", minimum=1, maximum=7,
     )  # fmt: skip
     sphere_subdivisions: int = setting(
@@ -44,9 +44,9 @@ class Settings:
 
 
 def triangle_count(settings: Settings) -> int:
-    """Return the number of triangles: 2 * 4^SF and those of four spheres."""
+    """Return the number of triangles: 2 * 4^size and those of four spheres."""
     spheres = 4 * icosphere_triangle_count(settings.sphere_subdivisions)
-    return 2 * 4**settings.size_factor + spheres
+    return 2 * 4**settings.size + spheres
 
 
 def generate(settings: Settings) -> Scene:
@@ -55,7 +55,7 @@ def generate(settings: Settings) -> Scene:
     The mountain comes first, in the order of its recursion, so that its triangles keep their
     numbers whatever the tessellation of the spheres.
     """
-    parts, names = [grow_mountain(settings.size_factor)], ["mountain"]
+    parts, names = [grow_mountain(settings.size)], ["mountain"]
     if settings.sphere_subdivisions:
         unit_sphere = icosphere(settings.sphere_subdivisions)
         for i, centre in enumerate(sphere_centres(), start=1):
@@ -77,15 +77,15 @@ def generate(settings: Settings) -> Scene:
     )
 
 
-def grow_mountain(size_factor: int) -> np.ndarray:
-    """Return the triangles of the mountain, (2 * 4**size_factor, 3, 3) float64."""
+def grow_mountain(size: int) -> np.ndarray:
+    """Return the triangles of the mountain, (2 * 4**size, 3, 3) float64."""
     ratio = 2.0 / np.exp(np.log(2.0) / (FRACTAL_DIMENSION - 1.0))
     roughness = np.sqrt(ratio**2 - 1.0)
-    width = 2**size_factor  # of a square, in cells of the finest grid
+    width = 2**size  # of a square, in cells of the finest grid
     cell = 2.0 / width
 
     def displaced(x: np.ndarray, y: np.ndarray, mean: np.ndarray, rise: float) -> np.ndarray:
-        return mean + rise * gauss(MOUNTAIN_NUMBER + grid_hash(x, y, size_factor))
+        return mean + rise * gauss(MOUNTAIN_NUMBER + grid_hash(x, y, size))
 
     # All squares of one level: grid place (x, y) of the lower left corner, heights of the corners
     # counter-clockwise from there.
@@ -119,11 +119,9 @@ def grow_mountain(size_factor: int) -> np.ndarray:
     return squares[:, [(0, 1, 2), (2, 3, 0)]].reshape(-1, 3, 3)
 
 
-def grid_hash(x: np.ndarray, y: np.ndarray, size_factor: int) -> np.ndarray:
+def grid_hash(x: np.ndarray, y: np.ndarray, size: int) -> np.ndarray:
     """Return the 16-bit hash of a grid place; the third term repeats x, as the original does."""
-    return (
-        (x << (23 - size_factor)) + (y << (15 - size_factor)) + (x << (7 - size_factor))
-    ) & 0xFFFF
+    return ((x << (23 - size)) + (y << (15 - size)) + (x << (7 - size))) & 0xFFFF
 
 
 def gauss(seeds: np.ndarray) -> np.ndarray:

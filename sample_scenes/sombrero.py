@@ -24,15 +24,15 @@ from .sample import Sample
 class Settings:
     """Settings of sombrero."""
 
-    size_factor: int = setting(
-        1, "Size factor", "SF: W = 32 * 2^(SF-1) samples per side, 2 (W-1)^2 triangles",
+    size: int = setting(
+        1, "Size", "Size factor of the SPD: W = 32 * 2^(size-1) samples a side, 2 (W-1)^2 faces",
         minimum=1, maximum=9,
     )  # fmt: skip
 
 
 def samples_per_side(settings: Settings) -> int:
     """Return W, the number of samples along x and along y."""
-    return 32 * 2 ** (settings.size_factor - 1)
+    return 32 * 2 ** (settings.size - 1)
 
 
 def triangle_count(settings: Settings) -> int:

@@ -1,7 +1,7 @@
 """Tetra: a pyramid of tetrahedra inside each other, the Sierpinski tetrahedron.
 
 Four of the eight corners of a cube, every second one, span a regular tetrahedron. A cube is
-replaced by the four cubes of half its size at those corners; after ``depth - 1`` halvings, the
+replaced by the four cubes of half its size at those corners; after ``size - 1`` halvings, the
 tetrahedron of each cube is emitted. All coordinates are dyadic fractions and therefore exact.
 
 The halves of every level are congruent and their boxes touch without overlap, so the costs of
@@ -9,7 +9,7 @@ hierarchies have closed forms, and grids and octrees meet faces that lie in no a
 
 Source: "tetra" of the Standard Procedural Databases (Haines, A proposal for standard graphics
 environments, IEEE CG&A 7(11), 1987), with its camera and light; after Glassner, Space subdivision
-for fast ray tracing, IEEE CG&A 4(10), 1984. Havran's tables of 1999 use depth 6.
+for fast ray tracing, IEEE CG&A 4(10), 1984. Havran's tables of 1999 use size 6.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ FACES = np.array([(0, 1, 2), (3, 2, 1), (2, 3, 0), (1, 0, 3)])
 class Settings:
     """Settings of tetra."""
 
-    depth: int = setting(
-        6, "Depth", "Size factor SF of the SPD: levels of recursion, 4^SF triangles",
+    size: int = setting(
+        6, "Size", "Size factor of the SPD, the levels of recursion: 4^size triangles",
         unit="levels", minimum=1, maximum=12,
     )  # fmt: skip
 
 
 def triangle_count(settings: Settings) -> int:
-    """Return the number of triangles, 4^depth."""
-    return 4**settings.depth
+    """Return the number of triangles, 4^size."""
+    return 4**settings.size
 
 
 def generate(settings: Settings) -> Scene:
@@ -47,7 +47,7 @@ def generate(settings: Settings) -> Scene:
     # One pass per level over all cubes of that level, children beside each other: the order of
     # the cubes is that of the recursion.
     centres, half_size = np.zeros((1, 3)), 1.0
-    for _ in range(settings.depth - 1):
+    for _ in range(settings.size - 1):
         half_size /= 2.0
         centres = (centres[:, None] + CORNERS * half_size).reshape(-1, 3)
     triangles = (centres[:, None] + CORNERS * half_size)[:, FACES].reshape(-1, 3, 3)

@@ -146,7 +146,7 @@ def test_add_sample_scene_adds_the_scene_of_the_core(bpy: Any, name: str) -> Non
 
 def test_add_sample_scene_takes_settings_and_is_undone(bpy: Any) -> None:
     bpy.ops.ed.undo_push(message="before")
-    bpy.ops.accelscope.add_sample_scene(sample="tetra", tetra_depth=3)
+    bpy.ops.accelscope.add_sample_scene(sample="tetra", tetra_size=3)
     assert len(bpy.data.objects["tetra"].data.polygons) == 64
     bpy.ops.ed.undo_push(message="after")
     bpy.ops.ed.undo()

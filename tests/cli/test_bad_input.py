@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 
-TETRA = "sample:tetra:depth=1"
+TETRA = "sample:tetra:size=1"
 GOOD = ("--structure", "bvh", "--rays", "camera:width=4,height=3")
 
 
@@ -94,8 +94,8 @@ def test_specs(refused, option, spec, words):
     [
         ("sample:teapots", "no sample scene 'teapots'; known are: suzanne, bunny"),
         ("sample:", "no sample scene ''"),
-        ("sample:tetra:depth=99", "depth must be"),
-        ("sample:tetra:width=3", "'width'; its settings are: depth"),
+        ("sample:tetra:size=99", "size must be"),
+        ("sample:tetra:width=3", "'width'; its settings are: size"),
         ("sample:soup:count=1000000000", "of memory"),
         ("/nowhere/mesh.obj", "no file /nowhere/mesh.obj"),
         ("/nowhere/file.blend", "no file /nowhere/file.blend"),
@@ -110,7 +110,7 @@ def test_scenes(refused, scene, words):
 def test_costs_too_large_for_a_float_are_refused_and_large_ones_written(refused, evaluate):
     """JSON knows no infinity."""
     for setting in ("C_trav", "C_isect"):
-        arguments = ("sample:tetra:depth=1", "--rays", "random_lines:count=3", "--structure")
+        arguments = ("sample:tetra:size=1", "--rays", "random_lines:count=3", "--structure")
         assert "at most 1e+09" in refused("evaluate", *arguments, f"bvh:{setting}=1e308")
         (record,) = evaluate(*arguments, f"bvh:{setting}=1e9")
         assert 0.0 < record["statistics"]["sah"] < 1e12

@@ -16,7 +16,7 @@ from accelscope.core.evaluation.records.report import figures
 from accelscope.core.settings import describe
 from accelscope.core.structures import structures
 
-TETRA = "sample:tetra:depth=3"
+TETRA = "sample:tetra:size=3"
 CAMERA = "camera:width=20,height=14"
 
 
@@ -393,7 +393,7 @@ def test_without_a_scene_the_open_file_is_taken(capsys):
 
     code = main(
         ["evaluate", "--structure", "bvh", "--rays", CAMERA, "--json", "-", "--quiet"],
-        open_file=lambda: make_sample("tetra:depth=1"),
+        open_file=lambda: make_sample("tetra:size=1"),
     )
     captured = capsys.readouterr()
     assert (code, captured.err) == (0, "")

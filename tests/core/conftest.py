@@ -19,9 +19,9 @@ from accelscope.sample_scenes import make_sample, samples
 SMALL = {
     "suzanne": "suzanne:subdivisions=0",
     "teapot_in_stadium": "teapot_in_stadium:teapot_resolution=2",
-    "tetra": "tetra:depth=4",
-    "mount": "mount:size_factor=3,sphere_subdivisions=2",
-    "sombrero": "sombrero:size_factor=1",
+    "tetra": "tetra:size=4",
+    "mount": "mount:size=3,sphere_subdivisions=2",
+    "sombrero": "sombrero:size=1",
     "soup": "soup:count=500,edge=0.2",
 }
 

@@ -100,17 +100,17 @@ def test_one_triangle_is_a_root():
 @pytest.mark.parametrize("s", [2, 3, 4, 5])
 def test_tetra_in_the_order_of_its_generation(build, s):
     """Most distances are equal there; the lowest numbers then follow the recursion."""
-    figures = build("bvh", make_sample(f"tetra:depth={s}"), "builder=agglomerative").statistics()
+    figures = build("bvh", make_sample(f"tetra:size={s}"), "builder=agglomerative").statistics()
     assert figures.sah == pytest.approx(1.2 * 7 / 3 * (s - 1) + 4, rel=1e-12)
     text = "builder=agglomerative,max_leaf_size=1,C_trav=1"
-    single = build("bvh", make_sample(f"tetra:depth={s}"), text).statistics()
+    single = build("bvh", make_sample(f"tetra:size={s}"), text).statistics()
     assert single.sah == pytest.approx(7 / 3 * (s - 1) + 3 + 4, rel=1e-12)
 
 
 @pytest.mark.parametrize(("s", "low", "high"), [(3, 7.9, 8.15), (4, 10.5, 11.1)])
 def test_shuffled_tetra_costs_more(build, s, low, high):
     """Equal distances across parents are then decided otherwise; costs as measured elsewhere."""
-    tetra = make_sample(f"tetra:depth={s}")
+    tetra = make_sample(f"tetra:size={s}")
     costs = []
     for seed in range(10):
         order = np.random.default_rng(seed).permutation(len(tetra))

@@ -60,7 +60,7 @@ def test_a_build_stops(big, structure_name, number, monkeypatch):
     monkeypatch.setattr(subtrees, "WAIT", 0.001)
     structure = structures()[structure_name]
     counting = CancelAt(NEVER)
-    structure.build(make_sample("tetra:depth=2"), structure.Settings(), counting)
+    structure.build(make_sample("tetra:size=2"), structure.Settings(), counting)
     if not counting.reports:
         pytest.skip("there is nothing to build")
     if structure_name == "bvh":  # which is through with it before there is a third report
@@ -92,7 +92,7 @@ def test_a_grid_of_giants_stops():
     rng = np.random.default_rng(1)
     scene = Scene.from_triangles(rng.random((2000, 3, 3)), "giants")
     grid = structures()["grid"]
-    grid.build(make_sample("tetra:depth=2"), grid.Settings())
+    grid.build(make_sample("tetra:size=2"), grid.Settings())
     threads = set(threading.enumerate())
     progress = CancelAt(3)
     with pytest.raises(Cancelled):

@@ -30,7 +30,7 @@ def assert_mean(values, expected):
 @pytest.mark.parametrize("s", [2, 3, 4, 5, 6])
 @pytest.mark.parametrize(("c_trav", "c_isect"), [(1, 1), (1.2, 1.0), (3, 1), (0.125, 1), (1, 2)])
 def test_cost_of_a_bvh_over_tetra(build, s, bins, c_trav, c_isect):
-    scene = make_sample(f"tetra:depth={s}")
+    scene = make_sample(f"tetra:size={s}")
     text = f"bins={bins},C_trav={c_trav},C_isect={c_isect}"
     figures = build("bvh", scene, f"{text},max_leaf_size=4").statistics()
     assert figures.sah == pytest.approx(c_trav * 7 / 3 * (s - 1) + 4 * c_isect, rel=1e-12)
@@ -47,12 +47,12 @@ def test_cost_of_a_bvh_over_tetra(build, s, bins, c_trav, c_isect):
 def test_few_odd_bins_cannot_be_cheaper_than_the_closed_form(build, bins):
     """They have no border in the middle, where the two halves meet."""
     for s in (3, 4, 5, 6):
-        figures = build("bvh", make_sample(f"tetra:depth={s}"), f"bins={bins}").statistics()
+        figures = build("bvh", make_sample(f"tetra:size={s}"), f"bins={bins}").statistics()
         assert figures.sah >= 1.2 * 7 / 3 * (s - 1) + 4 - 1e-12
 
 
 def test_published_cost_of_tetra(build):
-    scene = make_sample("tetra:depth=6")
+    scene = make_sample("tetra:size=6")
     figures = build("bvh", scene, "C_trav=1,C_isect=1").statistics()
     assert (figures.N_IN, figures.N_V) == (1023, 1024)
     assert figures.sah == pytest.approx(47 / 3, rel=1e-12)
@@ -62,7 +62,7 @@ def test_published_cost_of_tetra(build):
 
 
 def test_splits_without_gain_are_not_taken(build):
-    scene = make_sample("tetra:depth=3")
+    scene = make_sample("tetra:size=3")
     for c_trav in (1e-9, 1.0, 1e9):
         figures = build("bvh", scene, f"max_leaf_size=4,C_trav={c_trav}").statistics()
         assert figures.N_V == 16
@@ -145,7 +145,7 @@ def box_scene(a, b, c):
 
 @pytest.mark.parametrize("n", [1, 2, 5, 16, 40])
 def test_a_grid_of_n_cubed_cells_costs_n_cells_per_line(build, n):
-    scene = make_sample("tetra:depth=1")
+    scene = make_sample("tetra:size=1")
     grid = build("grid", scene, f"resolution={n}x{n}x{n},padding=0")
     _, counters = grid.trace(lines(scene, 200_000), ALL)
     if n == 1:

@@ -193,7 +193,7 @@ def test_full_cyclic_tree(build, d):
 
 
 def test_sah_of_tetra_is_no_worse_than_static_trees(build):
-    scene = make_sample("tetra:depth=5")
+    scene = make_sample("tetra:size=5")
     sah = build("kdtree", scene, "max_leaf_size=0").statistics()
     for rule in ("cyclic", "longest", "object_median"):
         for leaf in (1, 2, 4, 8):

@@ -17,7 +17,7 @@ from accelscope.core.geometry.rays import Rays
 from accelscope.core.structures import structures
 from accelscope.core import kernels
 from accelscope.sample_scenes import make_sample
-scene = make_sample("tetra:depth=2")
+scene = make_sample("tetra:size=2")
 o, d = random_lines(scene.lower, scene.upper, 20, 1)
 vertices = scene.triangles.reshape(-1, 3)
 axis = np.tile(np.eye(3), (8, 1))
@@ -89,7 +89,7 @@ def test_the_command_works_without_numba():
     assert "grid: " in done.stdout
     assert done.stderr == ""
     done = subprocess.run(
-        [sys.executable, "-c", NO_NUMBA + main, "evaluate", "sample:tetra:depth=1",
+        [sys.executable, "-c", NO_NUMBA + main, "evaluate", "sample:tetra:size=1",
          "--structure", "all", "--rays", "camera:width=6,height=5", "--json", "-"],
         capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
@@ -121,7 +121,7 @@ REAL = """
 from accelscope.core import kernels
 kernels.set_cache_root(ROOT)
 from accelscope.addon.command.main import main
-raise SystemExit(main(["evaluate", "sample:tetra:depth=2", "--structure", "bvh",
+raise SystemExit(main(["evaluate", "sample:tetra:size=2", "--structure", "bvh",
                        "--rays", "camera:width=8,height=8", "--quiet"]))
 """
 

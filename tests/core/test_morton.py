@@ -293,7 +293,7 @@ def test_the_upper_tree_is_as_deep_as_it_may_be(count):
 @pytest.mark.parametrize("builder", FAMILY)
 @pytest.mark.parametrize("s", [2, 3, 4, 5, 6])
 def test_cost_over_tetra(build, s, builder):
-    scene = make_sample(f"tetra:depth={s}")
+    scene = make_sample(f"tetra:size={s}")
     shuffled = Scene.from_triangles(
         np.random.default_rng(s).permutation(scene.triangles), "shuffled"
     )

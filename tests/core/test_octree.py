@@ -239,7 +239,7 @@ def test_all_storages_take_the_same_steps(lab, build, scene_name, planes):
 @pytest.mark.parametrize("storage", STORAGES)
 @pytest.mark.parametrize("text", [MIXED, "max_depth=0", "max_depth=1,max_leaf_size=0"])
 def test_bytes_of_a_storage_are_what_the_statistics_say(build, storage, text):
-    tree = build("octree", make_sample("tetra:depth=4"), f"{text},storage={storage}")
+    tree = build("octree", make_sample("tetra:size=4"), f"{text},storage={storage}")
     extra = tree.statistics().extra
     common = extra["bytes_planes_and_references"]
     # The root's box is six numbers.
@@ -254,7 +254,7 @@ def test_implicit_array_is_a_full_tree():
 
 
 def test_names_of_the_hash_table(build):
-    tree = build("octree", make_sample("tetra:depth=4"), f"{MIXED},storage=hash").arrays.tree
+    tree = build("octree", make_sample("tetra:size=4"), f"{MIXED},storage=hash").arrays.tree
     assert tree.names[0] == 1
     assert sorted(tree.names[1:9] // 10 * 10 + tree.names[1:9] % 10) == sorted(tree.names[1:9])
     names = set(tree.names.tolist())
@@ -265,7 +265,7 @@ def test_names_of_the_hash_table(build):
 
 
 def test_chain_length_is_reported(build):
-    scene = make_sample("tetra:depth=4")
+    scene = make_sample("tetra:size=4")
     extra = build("octree", scene, f"{MIXED},storage=hash").statistics().extra
     assert 1.0 <= extra["hash_chain_mean"] <= extra["hash_chain_max"]
     assert "hash_chain_mean" not in build("octree", scene, MIXED).statistics().extra
@@ -279,7 +279,7 @@ def test_table_sizes_are_prime():
 
 
 def test_linear_octree_is_sorted(build):
-    tree = build("octree", make_sample("tetra:depth=4"), f"{MIXED},storage=linear").arrays.tree
+    tree = build("octree", make_sample("tetra:size=4"), f"{MIXED},storage=linear").arrays.tree
     assert (np.diff(tree.codes) > 0).all()
     # Leaves follow each other without a gap: a leaf of level l spans 8^(depth - l) codes.
     spans = 8 ** (tree.depth - tree.levels.astype(np.int64))
@@ -327,7 +327,7 @@ def test_adaptive_planes_cost_no_more_than_the_middle(lab, build, scene_name):
 @pytest.mark.parametrize("order", ["fifo", "priority", "depth_first"])
 @pytest.mark.parametrize("budget", [1, 8, 9, 16, 17, 100, 500])
 def test_budget_is_kept_and_used(build, order, budget):
-    scene = make_sample("tetra:depth=5")
+    scene = make_sample("tetra:size=5")
     tree = build("octree", scene, f"max_leaf_size=1,budget={budget},order={order}")
     figures = tree.statistics()
     n_nodes = figures.N_IN + figures.N_V
@@ -336,7 +336,7 @@ def test_budget_is_kept_and_used(build, order, budget):
 
 
 def test_breadth_first_refines_evenly(build):
-    scene = make_sample("tetra:depth=6")
+    scene = make_sample("tetra:size=6")
     fifo, deep = (
         build("octree", scene, f"max_leaf_size=1,max_depth=9,budget=400,order={order}").statistics()
         for order in ("fifo", "depth_first")
@@ -469,7 +469,7 @@ def test_no_split_helps_where_all_meet(build):
 
 def test_cells_without_end_are_refused(build):
     with pytest.raises(InputError, match=r"octree.*nodes.*max_depth.*max_leaf_size"):
-        build("octree", make_sample("tetra:depth=3"), "max_depth=60,max_leaf_size=0")
+        build("octree", make_sample("tetra:size=3"), "max_depth=60,max_leaf_size=0")
 
 
 @pytest.mark.parametrize(("storage", "levels"), [("linear", 20), ("hash", 18)])
@@ -494,5 +494,5 @@ def test_implicit_storage_refuses_what_does_not_fit(build):
 
 
 def test_arrays_are_those_of_the_scene(build):
-    scene = make_sample("tetra:depth=3")
+    scene = make_sample("tetra:size=3")
     assert np.array_equal(build("octree", scene).triangles.corners, triangles_of(scene).corners)

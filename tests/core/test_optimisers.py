@@ -525,7 +525,7 @@ def test_an_agglomerative_treelet_joins_the_nearest_pairs(seed):
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("s", [2, 4, 6])
 def test_the_best_trees_of_tetra_stay(build, name, s):
-    scene = make_sample(f"tetra:depth={s}")
+    scene = make_sample(f"tetra:size={s}")
     text = f"optimise={name},C_trav=1,C_isect=1"
     figures = build("bvh", scene, text).statistics()
     assert figures.sah == pytest.approx(7 / 3 * (s - 1) + 4, rel=1e-12)

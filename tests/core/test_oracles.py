@@ -45,7 +45,7 @@ def exact_closest(scene, origin, direction):
 
 def test_dyadic_rays_are_exact(lab, build):
     """Between dyadic points in 26 directions no rounding happens: the answers are exact."""
-    scene = make_sample("tetra:depth=2")
+    scene = make_sample("tetra:size=2")
     vertices = np.unique(scene.triangles.reshape(-1, 3), axis=0)
     families = []
     for back in (0.0, 0.25, 2.0):
@@ -165,7 +165,7 @@ def rays_at_all_weak_points(triangles, origins, rng, repeat):
 
 def test_no_ray_escapes_a_closed_sphere(build):
     rng = np.random.default_rng(1)
-    triangles = make_sample("mount:size_factor=1,sphere_subdivisions=5")
+    triangles = make_sample("mount:size=1,sphere_subdivisions=5")
     names = list(triangles.object_names)
     for number in range(len(names)):
         piece = triangles.triangles[triangles.object_ids == number]
@@ -185,7 +185,7 @@ def test_no_ray_escapes_a_closed_sphere(build):
 def test_no_ray_escapes_the_pieces_of_tetra(build):
     """The smallest pieces are closed tetrahedra; rays start inside one and aim at it."""
     rng = np.random.default_rng(2)
-    scene = make_sample("tetra:depth=1")
+    scene = make_sample("tetra:size=1")
     inside = rng.dirichlet([1, 1, 1, 1], size=500)
     vertices = np.unique(scene.triangles.reshape(-1, 3), axis=0)
     assert len(vertices) == 4

@@ -145,7 +145,7 @@ def test_dolls_do_not_take_an_iteration_each(n):
 @pytest.mark.parametrize("radius", [1, 2, 3, 6, 14, 32, 512])
 def test_cost_over_tetra(build, radius):
     for s, shuffle in itertools.product((2, 4, 6), (False, True)):
-        triangles = make_sample(f"tetra:depth={s}").triangles
+        triangles = make_sample(f"tetra:size={s}").triangles
         if shuffle:
             triangles = np.random.default_rng(s).permutation(triangles)
         scene = Scene.from_triangles(triangles, "tetra")

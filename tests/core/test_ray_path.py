@@ -33,7 +33,7 @@ RAYS = 40
 
 @pytest.fixture(scope="module")
 def scene():
-    return make_sample("tetra:depth=4")
+    return make_sample("tetra:size=4")
 
 
 @pytest.fixture(scope="module", params=["grid", "octree"])

@@ -150,7 +150,7 @@ def test_a_long_walk_is_recorded_whole(build):
     from accelscope.core.geometry.rays import Rays
     from accelscope.sample_scenes import make_sample
 
-    scene = make_sample("tetra:depth=6")
+    scene = make_sample("tetra:size=6")
     naive = build("naive", scene)
     ray = Rays.from_arrays([[9.0, 9.0, 9.0]], [[1.0, 0.0, 0.0]])
     steps = naive.record(ray, 0)

@@ -216,7 +216,7 @@ def test_packing_a_lattice_makes_cubes():
 @pytest.mark.parametrize("text", ["rtree_insert", "rtree_insert,rtree_split=linear", "rtree_str"])
 @pytest.mark.parametrize("s", [2, 3, 4])
 def test_tetra_is_not_cheaper_than_its_closed_form(build, text, s):
-    scene = make_sample(f"tetra:depth={s}")
+    scene = make_sample(f"tetra:size={s}")
     single = build("bvh", scene, f"builder={text},max_leaf_size=1,C_trav=1").statistics()
     assert single.sah >= 7 / 3 * (s - 1) + 3 + 4 - 1e-12
     assert single.expected_tests == pytest.approx(4.0, rel=1e-12)

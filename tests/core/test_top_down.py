@@ -82,7 +82,7 @@ def extra_of(structure, name):
 def test_cost_of_tetra(build, builder, axis, c_trav, c_isect):
     text = f"builder={builder},axis={axis},C_trav={c_trav},C_isect={c_isect}"
     for s in (2, 4, 6):
-        scene = make_sample(f"tetra:depth={s}")
+        scene = make_sample(f"tetra:size={s}")
         figures = build("bvh", scene, text).statistics()
         assert figures.sah == pytest.approx(c_trav * 7 / 3 * (s - 1) + 4 * c_isect, rel=1e-12)
         assert figures.leaf_sizes.tolist() == [0, 0, 0, 0, 4 ** (s - 1)]
@@ -94,7 +94,7 @@ def test_cost_of_tetra(build, builder, axis, c_trav, c_isect):
 @pytest.mark.parametrize("bins", [2, 4, 8, 20, 32, 64])
 def test_cost_of_tetra_with_any_even_number_of_planes(build, bins):
     for s in (3, 5):
-        scene = make_sample(f"tetra:depth={s}")
+        scene = make_sample(f"tetra:size={s}")
         figures = build("bvh", scene, f"builder=parallel_sah,bins={bins}").statistics()
         assert figures.sah == pytest.approx(1.2 * 7 / 3 * (s - 1) + 4, rel=1e-12)
 

@@ -59,7 +59,7 @@ TETRA_P = {
 
 def test_tetrahedron(lab, build):
     """Area ratios in closed form, and lines against them: it is convex."""
-    scene = lab.make_sample("tetra:depth=1")
+    scene = lab.make_sample("tetra:size=1")
     measurement = Measurement(scene, SETTINGS)
     records = {kind: measurement.of(kind) for kind in KINDS}
     for kind, p in TETRA_P.items():
@@ -97,7 +97,7 @@ def test_verdict():
 
 
 def test_times_are_positive_and_grow_with_the_object(lab):
-    small = lab.make_sample("tetra:depth=1")
+    small = lab.make_sample("tetra:size=1")
     large = Scene.from_triangles(np.tile(small.triangles, (500, 1, 1)), "large")
     rays = random_lines_through(Ball(np.zeros(3), 3.0), 2000, 1).arrays()
     few, many = (time_of_object(triangles_of(scene), rays) for scene in (small, large))

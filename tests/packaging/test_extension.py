@@ -136,7 +136,7 @@ FEW = ("bvh", "grid", "kdtree")
 
 def command(names: tuple[str, ...], path: Path) -> list[str]:
     """Return what the command is asked in the clean Blender, and by the development environment."""
-    words = ["evaluate", "sample:tetra:depth=3", "--structure", *names]
+    words = ["evaluate", "sample:tetra:size=3", "--structure", *names]
     return [*words, "--rays", "random_lines:count=100", "--json", str(path)]
 
 

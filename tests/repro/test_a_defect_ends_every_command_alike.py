@@ -30,7 +30,7 @@ def check(outcome):
 
 def test_in_the_first_frame(run, defective, tmp_path):
     defective(animation, "build")
-    frames = ["sample:tetra:depth=1"] * 2
+    frames = ["sample:tetra:size=1"] * 2
     check(run("animate", *frames, "--json", tmp_path / "a.json"))
     assert not (tmp_path / "a.json").exists()
 

@@ -12,7 +12,7 @@ import pytest
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="a shell of other systems")
 
-SMALL = "evaluate sample:tetra:depth=1 --structure naive --rays random_lines:count=5"
+SMALL = "evaluate sample:tetra:size=1 --structure naive --rays random_lines:count=5"
 
 NOISY = """
 import ctypes, os, sys

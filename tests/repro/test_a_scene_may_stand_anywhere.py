@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-TETRA = "sample:tetra:depth=1"
+TETRA = "sample:tetra:size=1"
 RAYS = ("--rays", "camera:width=2,height=2")
 
 

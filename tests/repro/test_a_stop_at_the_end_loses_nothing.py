@@ -13,7 +13,7 @@ from accelscope.core.evaluation.records.experiment import SCHEMA
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
 
-SMALL = ("evaluate", "sample:tetra:depth=1", "--rays", "camera:width=4,height=3", "--quiet")
+SMALL = ("evaluate", "sample:tetra:size=1", "--rays", "camera:width=4,height=3", "--quiet")
 
 
 @pytest.fixture

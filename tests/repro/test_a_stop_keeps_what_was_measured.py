@@ -17,7 +17,7 @@ from accelscope.addon.command import output as command_output
 from accelscope.addon.stopping import Stops
 from accelscope.core.evaluation.records import experiment
 
-TETRA = "sample:tetra:depth=1"
+TETRA = "sample:tetra:size=1"
 SMALL = ("--rays", "camera:width=4,height=3", "--quiet")
 
 

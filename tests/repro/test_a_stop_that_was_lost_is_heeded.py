@@ -14,7 +14,7 @@ from accelscope.core.evaluation.records import experiment
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of other systems")
 
-TWO = ("evaluate", "sample:tetra:depth=1", "--structure", "bvh", "naive",
+TWO = ("evaluate", "sample:tetra:size=1", "--structure", "bvh", "naive",
        "--rays", "random_lines:count=20")  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import pytest
 from accelscope.addon.standard_streams import path_of
 from accelscope.core.errors import InputError
 
-SMALL = ["evaluate", "sample:tetra:depth=1", "--structure", "naive", "--rays",
+SMALL = ["evaluate", "sample:tetra:size=1", "--structure", "naive", "--rays",
          "random_lines:count=5"]  # fmt: skip
 
 

@@ -56,7 +56,7 @@ def test_a_link_in_circles(run, tmp_path):
     outcome = run("evaluate", circle, *SMALL)
     assert outcome.code == 2
     assert "cannot be read: Too many levels of symbolic links" in outcome.err
-    outcome = run("evaluate", "sample:tetra:depth=1", *SMALL, "--json", circle, "--quiet")
+    outcome = run("evaluate", "sample:tetra:size=1", *SMALL, "--json", circle, "--quiet")
     assert (outcome.code, outcome.err) == (0, "")
     assert len(json.loads(circle.read_text())["records"]) == 1
 

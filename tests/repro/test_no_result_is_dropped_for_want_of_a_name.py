@@ -2,7 +2,7 @@
 
 import pytest
 
-FRAMES = ["sample:tetra:depth=1"] * 2
+FRAMES = ["sample:tetra:size=1"] * 2
 COMMANDS = {
     "evaluate": ["evaluate", *FRAMES[:1]],
     "animate": ["animate", *FRAMES],

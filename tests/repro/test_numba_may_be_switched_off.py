@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("numba")
 
 
-SMALL = ("evaluate", "sample:tetra:depth=2", "--rays", "random_lines:count=30", "--structure",
+SMALL = ("evaluate", "sample:tetra:size=2", "--rays", "random_lines:count=30", "--structure",
          "kdtree", "--hits")  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("numba")
 
 
-SMALL = ("evaluate", "sample:tetra:depth=1", "--rays", "random_lines:count=20", "--structure",
+SMALL = ("evaluate", "sample:tetra:size=1", "--rays", "random_lines:count=20", "--structure",
          "bvh", "--hits")  # fmt: skip
 
 

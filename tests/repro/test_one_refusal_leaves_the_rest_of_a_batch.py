@@ -8,7 +8,7 @@ import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.structures import structure_named, structures
 
-TETRA = "sample:tetra:depth=1"
+TETRA = "sample:tetra:size=1"
 RAYS = ("--rays", "camera:width=4,height=3", "random_lines:count=5")
 
 
@@ -143,7 +143,7 @@ def test_nothing_measured_is_2_and_writes_nothing(run, tmp_path):
         ("--rays", "random_lines", "camera:from=1x1x1,at=1x1x1"),
         ("--rays", "random_lines", "file:path=/nowhere.npz"),
         ("sample:nothing",),
-        ("sample:tetra:depth=99",),
+        ("sample:tetra:size=99",),
         ("--threads", "-1"),
         ("--csv", "/proc/nowhere/a.csv"),
     ],

@@ -25,7 +25,7 @@ def without_blender(monkeypatch):
 
 def test_the_environment(without_blender, evaluate):
     before = datetime.datetime.now(datetime.UTC).replace(microsecond=0)
-    (record,) = evaluate("sample:tetra:depth=3", "--structure", "bvh", "--rays", CAMERA)
+    (record,) = evaluate("sample:tetra:size=3", "--structure", "bvh", "--rays", CAMERA)
     found = record["environment"]
     assert set(found) == KEYS
     assert found["accelscope"] == "0.1.0"
@@ -50,7 +50,7 @@ def test_the_version_is_that_of_the_package():
 
 def test_the_threads_are_those_that_traced(evaluate):
     records = evaluate(
-        "sample:tetra:depth=3", "--structure", "bvh", "grid", "--rays", CAMERA, "--threads", 3
+        "sample:tetra:size=3", "--structure", "bvh", "grid", "--rays", CAMERA, "--threads", 3
     )
     assert [record["environment"]["threads"] for record in records] == [3, 3]
 
@@ -68,9 +68,9 @@ def test_a_build_alone_has_traced_on_no_threads(bpy, current):
 @pytest.mark.parametrize(
     ("scene", "rays", "source", "fov"),
     [
-        ("sample:tetra:depth=3", CAMERA, "scene", 45.0),
+        ("sample:tetra:size=3", CAMERA, "scene", 45.0),
         ("sample:suzanne", "camera:width=20,height=10", "framing", 45.0),
-        ("sample:tetra:depth=3", f"{CAMERA},from=0x-9x0,at=0x1x0,fov=30", "settings", 30.0),
+        ("sample:tetra:size=3", f"{CAMERA},from=0x-9x0,at=0x1x0,fov=30", "settings", 30.0),
     ],
 )
 def test_the_camera_is_the_one_that_was_used(evaluate, scene, rays, source, fov):
@@ -83,7 +83,7 @@ def test_the_camera_is_the_one_that_was_used(evaluate, scene, rays, source, fov)
 
 def test_other_rays_have_no_camera(evaluate):
     (record,) = evaluate(
-        "sample:tetra:depth=3", "--structure", "bvh", "--rays", "random_lines:count=9"
+        "sample:tetra:size=3", "--structure", "bvh", "--rays", "random_lines:count=9"
     )
     assert "camera" not in record["rays"]
     assert record["scene"]["lights"] == [
@@ -93,7 +93,7 @@ def test_other_rays_have_no_camera(evaluate):
 
 def test_all_of_it_stands_in_the_csv(evaluate, tmp_path):
     path = tmp_path / "records.csv"
-    evaluate("sample:tetra:depth=3", "--structure", "bvh", "--rays", CAMERA, "--csv", path)
+    evaluate("sample:tetra:size=3", "--structure", "bvh", "--rays", CAMERA, "--csv", path)
     (row,) = csv.DictReader(path.open(encoding="utf-8"))
     assert row["scene.lights.0.kind"] == "point"
     assert row["scene.lights.0.position"] == "2.0 -18.0 -5.0"
@@ -138,7 +138,7 @@ def test_animations_carry_it_too(run, obj, five):
 
 
 def test_refusals_carry_it_too(run):
-    outcome = run("evaluate", "sample:tetra:depth=3", "--structure", "bvh",
+    outcome = run("evaluate", "sample:tetra:size=3", "--structure", "bvh",
                   "grid:resolution=9999x9999x9999", "--rays", CAMERA, "--json", "-")  # fmt: skip
     assert outcome.code == 1
     made, refused = outcome.records

@@ -27,7 +27,7 @@ RAYS = ("--rays", "random_lines:count=10")
     ],
 )  # fmt: skip
 def test_it_says_so(run, spec, sentence):
-    got = run("evaluate", "sample:tetra:depth=2", "--structure", spec, *RAYS)
+    got = run("evaluate", "sample:tetra:size=2", "--structure", spec, *RAYS)
     assert got.code == 0
     name = spec.split(":")[0]
     assert f"structure {name}: {sentence}" in got.err
@@ -43,6 +43,6 @@ def test_it_says_so(run, spec, sentence):
     ],
 )  # fmt: skip
 def test_it_does_not_where_there_is_an_effect(run, spec):
-    got = run("evaluate", "sample:tetra:depth=2", "--structure", spec, *RAYS)
+    got = run("evaluate", "sample:tetra:size=2", "--structure", spec, *RAYS)
     assert got.code == 0
     assert "changes nothing" not in got.err

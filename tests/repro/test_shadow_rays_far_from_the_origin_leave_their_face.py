@@ -43,7 +43,7 @@ def test_a_convex_body_never_shades_itself(power, axes):
 
 
 def test_tetra_moved_away_is_shaded_as_before():
-    tetra = make_sample("tetra:depth=5")
+    tetra = make_sample("tetra:size=5")
     eye, at = tetra.camera.position, tetra.camera.target
     light = tetra.lights[0].position
     seen, shadows = blocked(tetra.triangles, eye, at, light, np.zeros(3))

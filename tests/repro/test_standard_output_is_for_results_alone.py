@@ -88,7 +88,7 @@ sys.exit(code)
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no C library of that name")
 @pytest.mark.parametrize("quiet", [False, True])
 def test_noise_until_the_process_ends(quiet):
-    scene = ["evaluate", "sample:tetra:depth=1", *SMALL, *["--quiet"] * quiet]
+    scene = ["evaluate", "sample:tetra:size=1", *SMALL, *["--quiet"] * quiet]
     done = run(sys.executable, "-c", NOISY, "ends", *scene)
     assert done.returncode == 0, done.stderr
     assert len(json.loads(done.stdout)["records"]) == 1
@@ -97,7 +97,7 @@ def test_noise_until_the_process_ends(quiet):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no C library of that name")
 def test_a_program_that_goes_on_has_its_standard_output_back():
-    scene = ["evaluate", "sample:tetra:depth=1", *SMALL]
+    scene = ["evaluate", "sample:tetra:size=1", *SMALL]
     done = run(sys.executable, "-c", NOISY, "goes on", *scene)
     assert done.returncode == 0, done.stderr
     document, end = json.JSONDecoder().raw_decode(done.stdout)

@@ -54,7 +54,7 @@ def test_an_open_file_with_a_name_is_replaced_whole(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-SMALL = ["evaluate", "sample:tetra:depth=1", "--structure", "naive", "--rays",
+SMALL = ["evaluate", "sample:tetra:size=1", "--structure", "naive", "--rays",
          "random_lines:count=5"]  # fmt: skip
 
 

@@ -75,4 +75,4 @@ def test_a_stop_reaches_all_threads(monkeypatch):
     with pytest.raises(Cancelled):
         STRUCTURE.build(scene, STRUCTURE.Settings(), Stop())
     assert set(threading.enumerate()) <= before
-    assert STRUCTURE.build(make_sample("tetra:depth=2"), STRUCTURE.Settings(), SILENT)
+    assert STRUCTURE.build(make_sample("tetra:size=2"), STRUCTURE.Settings(), SILENT)

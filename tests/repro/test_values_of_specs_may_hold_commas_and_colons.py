@@ -18,7 +18,7 @@ def test_rays_of_a_file_of_any_name(run, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     np.savez(name, origins=np.zeros((7, 3)), directions=np.ones((7, 3)))
     spec = f"file:path={NAMES[name]}"
-    outcome = run("evaluate", "sample:tetra:depth=1", "--rays", spec, "--json", "-", "--quiet")
+    outcome = run("evaluate", "sample:tetra:size=1", "--rays", spec, "--json", "-", "--quiet")
     assert (outcome.code, outcome.err) == (0, "")
     (record,) = outcome.records
     assert record["rays"]["count"] == 7

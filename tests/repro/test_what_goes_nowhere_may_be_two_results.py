@@ -8,7 +8,7 @@ import pytest
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="devices of other systems")
 
 NOWHERE = ("--json", "/dev/null", "--csv", "/dev/null")
-SMALL = ("evaluate", "sample:tetra:depth=1", "--rays", "random_lines:count=10")
+SMALL = ("evaluate", "sample:tetra:size=1", "--rays", "random_lines:count=10")
 
 
 def test_two_results(run):

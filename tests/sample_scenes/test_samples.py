@@ -102,8 +102,8 @@ def test_own_cameras_see_their_scene():
 
 
 def test_source_repeats_the_settings_that_differ_from_the_default():
-    assert make_sample("tetra:depth=3").source == "sample:tetra:depth=3"
-    assert make_sample("tetra:depth=6").source == "sample:tetra"
+    assert make_sample("tetra:size=3").source == "sample:tetra:size=3"
+    assert make_sample("tetra:size=6").source == "sample:tetra"
     spec = "soup:count=7,edge=0.5,seed=3"
     scene = make_sample(spec)
     assert scene.source == f"sample:{spec}"
@@ -122,14 +122,14 @@ def test_unknown_sample_is_refused_with_the_known_ones():
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ("tetra:dept=3", "sample scene tetra has no setting 'dept'.*depth"),
-        ("tetra:depth=0", "depth must be at least 1 and at most 12, not 0"),
-        ("tetra:depth=13", "depth must be .*at most 12"),
-        ("tetra:depth=deep", "depth takes a whole number, not 'deep'"),
-        ("tetra:depth=2.5", "depth takes a whole number"),
-        ("mount:size_factor=8", "size_factor must be .*at most 7"),
+        ("tetra:dept=3", "sample scene tetra has no setting 'dept'.*size"),
+        ("tetra:size=0", "size must be at least 1 and at most 12, not 0"),
+        ("tetra:size=13", "size must be .*at most 12"),
+        ("tetra:size=deep", "size takes a whole number, not 'deep'"),
+        ("tetra:size=2.5", "size takes a whole number"),
+        ("mount:size=8", "size must be .*at most 7"),
         ("mount:sphere_subdivisions=-1", "sphere_subdivisions must be at least 0"),
-        ("sombrero:size_factor=0", "size_factor must be at least 1"),
+        ("sombrero:size=0", "size must be at least 1"),
         ("suzanne:subdivisions=7", "subdivisions must be .*at most 6"),
         ("soup:edge=0", "edge must be at least 1e-06"),
         ("soup:edge=nan", "edge must be finite"),
@@ -147,13 +147,11 @@ def test_bad_setting_is_refused_by_name(spec, message):
 
 def test_settings_made_in_code_are_checked_too():
     sample = sample_named("tetra")
-    with pytest.raises(InputError, match="depth must be"):
-        sample.generate(sample.Settings(depth=40))
+    with pytest.raises(InputError, match="size must be"):
+        sample.generate(sample.Settings(size=40))
 
 
-@pytest.mark.parametrize(
-    "spec", ["soup:count=1000000000", "tetra:depth=12", "sombrero:size_factor=9"]
-)
+@pytest.mark.parametrize("spec", ["soup:count=1000000000", "tetra:size=12", "sombrero:size=9"])
 def test_scene_that_does_not_fit_is_refused_before_allocating(spec, monkeypatch):
     monkeypatch.setattr("accelscope.core.memory.available_bytes", lambda: 2**30)
     name = spec.partition(":")[0]
@@ -164,35 +162,35 @@ def test_scene_that_does_not_fit_is_refused_before_allocating(spec, monkeypatch)
 # tetra -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("depth", [1, 2, 3, 4, 6])
-def test_tetra_is_the_sierpinski_tetrahedron(depth):
-    scene = make_sample(f"tetra:depth={depth}")
-    assert len(scene) == 4**depth
+@pytest.mark.parametrize("size", [1, 2, 3, 4, 6])
+def test_tetra_is_the_sierpinski_tetrahedron(size):
+    scene = make_sample(f"tetra:size={size}")
+    assert len(scene) == 4**size
     assert scene.lower.tolist() == [-1.0, -1.0, -1.0]
     assert scene.upper.tolist() == [1.0, 1.0, 1.0]
 
     # Every coordinate is an exact multiple of the half size of the smallest cube.
-    scaled = scene.triangles * 2 ** (depth - 1)
+    scaled = scene.triangles * 2 ** (size - 1)
     assert np.array_equal(scaled, np.round(scaled))
 
-    # 4^(depth-1) regular tetrahedra of edge 2 sqrt(2) / 2^(depth-1): the area stays, the
+    # 4^(size-1) regular tetrahedra of edge 2 sqrt(2) / 2^(size-1): the area stays, the
     # volume halves with every level.
-    edge = math.sqrt(8.0) / 2 ** (depth - 1)
+    edge = math.sqrt(8.0) / 2 ** (size - 1)
     assert areas(scene.triangles) == pytest.approx(math.sqrt(3.0) / 4.0 * edge**2, rel=1e-14)
     assert areas(scene.triangles).sum() == pytest.approx(8.0 * math.sqrt(3.0), rel=1e-13)
-    assert volume(scene.triangles) == pytest.approx(8.0 / 3.0 / 2 ** (depth - 1), rel=1e-13)
+    assert volume(scene.triangles) == pytest.approx(8.0 / 3.0 / 2 ** (size - 1), rel=1e-13)
     for tetrahedron in scene.triangles.reshape(-1, 4, 3, 3)[:16]:
         assert is_closed(tetrahedron)
 
 
 def test_tetra_comes_in_the_order_of_its_recursion():
     """The corners of a triangle's cube, read as base-4 digits of its number."""
-    depth = 4
-    triangles = make_sample(f"tetra:depth={depth}").triangles
+    size = 4
+    triangles = make_sample(f"tetra:size={size}").triangles
     signs = [s for s in itertools.product((-1, 1), repeat=3) if math.prod(s) == 1]
 
     def cubes(centre, half, level):
-        if level == depth:
+        if level == size:
             yield centre, half
             return
         for s in signs:
@@ -207,11 +205,11 @@ def test_tetra_comes_in_the_order_of_its_recursion():
 # mount -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("size_factor", [1, 2, 3, 4])
-def test_mount_counts(size_factor):
-    bare = make_sample(f"mount:size_factor={size_factor},sphere_subdivisions=0")
+@pytest.mark.parametrize("size", [1, 2, 3, 4])
+def test_mount_counts(size):
+    bare = make_sample(f"mount:size={size},sphere_subdivisions=0")
     # The database counts every sphere as one primitive: 12, 36, 132, 516.
-    assert len(bare) + 4 == {1: 12, 2: 36, 3: 132, 4: 516}[size_factor]
+    assert len(bare) + 4 == {1: 12, 2: 36, 3: 132, 4: 516}[size]
     assert bare.object_names == ("mountain",)
 
 
@@ -236,14 +234,14 @@ def test_mountain_has_no_cracks():
 
 def test_mountain_agrees_with_a_scalar_recursion():
     """The rule as it is printed, one square at a time."""
-    size_factor = 4
-    n = 2**size_factor
+    size = 4
+    n = 2**size
     heights = {}
     roughness = math.sqrt((2.0 / math.exp(math.log(2.0) / 1.2)) ** 2 - 1.0)
 
     def displacement(x, y):
-        seed = 21 + (((x << (23 - size_factor)) + (y << (15 - size_factor))
-                      + (x << (7 - size_factor))) & 0xFFFF)  # fmt: skip
+        seed = 21 + (((x << (23 - size)) + (y << (15 - size))
+                      + (x << (7 - size))) & 0xFFFF)  # fmt: skip
         while True:
             a = (28411 + seed * 8121) % 134456
             seed = b = (28411 + a * 8121) % 134456
@@ -273,7 +271,7 @@ def test_mountain_agrees_with_a_scalar_recursion():
         grow(x, y + half, half, (h, m, g, d))
 
     grow(0, 0, n, (0.0, 0.0, 0.0, 0.0))
-    triangles = make_sample(f"mount:size_factor={size_factor},sphere_subdivisions=0").triangles
+    triangles = make_sample(f"mount:size={size},sphere_subdivisions=0").triangles
     for x, y, z in triangles.reshape(-1, 3):
         place = (round((x + 1.0) * n / 2.0), round((y + 1.0) * n / 2.0))
         assert z == pytest.approx(heights[place], rel=1e-12, abs=1e-14)
@@ -318,9 +316,9 @@ def test_icosphere(subdivisions):
 # sombrero --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("size_factor", "count"), [(1, 1922), (2, 7938), (3, 32258), (4, 130050)])
-def test_sombrero_counts_and_box(size_factor, count):
-    scene = make_sample(f"sombrero:size_factor={size_factor}")
+@pytest.mark.parametrize(("size", "count"), [(1, 1922), (2, 7938), (3, 32258), (4, 130050)])
+def test_sombrero_counts_and_box(size, count):
+    scene = make_sample(f"sombrero:size={size}")
     assert len(scene) == count
     assert scene.lower[:2].tolist() == [-4.0, -4.0]
     assert scene.upper[:2].tolist() == [4.0, 4.0]
