@@ -169,13 +169,14 @@ def settle(rule, tree, splits, node, first, count, axis, place, position, cost):
     n_left = count // 2  # where nothing tells the triangles apart: split by index
     if axis >= 0:
         divided = divide(rule, first, count, axis, place, position)
-        # A plane between numbers that have none between them leaves one side empty.
         if 0 < divided < count:
             n_left = divided
+        else:
+            axis = -1  # a plane between numbers that have none between them has one side empty
     cut = first + n_left
     tree.first[node], tree.size[node] = 2 * cut - 1, 0
     split_cost = np.nan
-    if cost < np.inf and area > 0.0:
+    if axis >= 0 and cost < np.inf and area > 0.0:
         split_cost = limits.c_trav + limits.c_isect * cost / area
     note_split(splits, cut, axis, position, split_cost, n_left, count - n_left)
     return n_left
