@@ -77,6 +77,9 @@ class BuildLog:
         The number in the finished structure of the cell that each name stands for, -1 for none.
     boxes : (m, 6) float64, optional
         Of all nodes, where some that were divided are no cells: their planes lie in these boxes.
+    leaves : (r,) int32, optional
+        The name of the node that each of r references is by itself, in the order of the finished
+        structure; where the log goes down to those: built from the bottom up, or rearranged.
     """
 
     kind: np.ndarray
@@ -89,6 +92,7 @@ class BuildLog:
     counts: np.ndarray
     cells: np.ndarray
     boxes: np.ndarray | None = None
+    leaves: np.ndarray | None = None
 
     @classmethod
     def of(
@@ -150,16 +154,17 @@ class BuildLog:
         moved[known] = cells[self.cells[known]]
         return replace(self, cells=moved)
 
-    def renamed(self, names: np.ndarray, cells: np.ndarray) -> BuildLog:
-        """Return the log with other names, (m,), and the cells of those."""
+    def renamed(self, names: np.ndarray) -> BuildLog:
+        """Return the log with other names for the same nodes, (m,), each of them once."""
         children = np.where(self.children >= 0, names[self.children], -1).astype(np.int32)
-        node = names[self.node].astype(np.int32)
-        return replace(self, node=node, children=children, cells=np.asarray(cells, np.int32))
+        cells = np.empty_like(self.cells)
+        cells[names] = self.cells
+        return replace(self, node=names[self.node].astype(np.int32), children=children, cells=cells)
 
     def with_events(self, *others: BuildLog) -> BuildLog:
         """Return these events and others behind them, which go on with the same or later steps.
 
-        Cells are those of this log; names have to be the same in all.
+        Cells and leaves are those of this log; names have to be the same in all.
         """
         parts = (self, *others)
         return replace(
@@ -218,6 +223,11 @@ class BuildLog:
             inner = np.flatnonzero(last_child >= 0)
             replaced[inner] = last_child[inner]
         return made, np.maximum(made, replaced)
+
+    def split_of(self, cell: int) -> int | None:
+        """Return the event that divided a cell, the first of several; None if there is none."""
+        events = np.flatnonzero((self.kind == SPLIT) & (self.cells[self.node] == cell))
+        return int(events[0]) if len(events) else None
 
     def has_planes(self) -> bool:
         """Say whether the cells are those that were divided; perhaps not one of them was."""

@@ -25,13 +25,18 @@ OF_TREE = (
 )  # fmt: skip
 """Exhibits of any hierarchy, whatever became of it."""
 
+OF_BUILDING = (
+    cost_curve, parallel_exhibits, morton_exhibits, ploc_exhibits, rearranging_exhibits,
+    spatial_splits,
+)  # fmt: skip
+"""Exhibits of how a hierarchy was built, if it was built so and kept a log."""
+
 
 def exhibits_of(structure: Structure, history: Sequence[Moment] = ()) -> list[Exhibit]:
     """Return what there is to show of a structure and of how it was built: of hierarchies only.
 
-    Cheap, frames are made on demand. What explains the building runs it once more, over the
-    triangles the tree has now. Of one that was refitted those are elsewhere, and other decisions
-    than the tree's would be shown.
+    Cheap, frames are made on demand. What explains the building reads its log, over the triangles
+    the tree has now. One that was refitted has none, since those are elsewhere.
 
     Parameters
     ----------
@@ -46,25 +51,20 @@ def exhibits_of(structure: Structure, history: Sequence[Moment] = ()) -> list[Ex
 
 def exhibits_left_out(structure: Structure) -> str:
     """Say why exhibits that such structures usually have are not offered; empty if none are."""
-    if not (isinstance(structure, BVH) and structure.is_refitted):
+    if not isinstance(structure, BVH) or structure.build_log is not None:
         return ""
-    return (
-        "Exhibits of the building are not shown after a refit, since the triangles have moved. "
-        "Build to see them"
-    )
+    if structure.is_refitted:
+        return (
+            "Exhibits of the building are not shown after a refit, since the triangles have moved. "
+            "Build to see them"
+        )
+    return "Exhibits of the building are not shown, since no log of it was asked for"
 
 
 def exhibits_of_hierarchy(bvh: BVH) -> list[Exhibit]:
     """Return the exhibits of a hierarchy."""
-    of_tree = [make(bvh) for make in OF_TREE]
-    if bvh.is_refitted:
-        return of_tree
-    return [
-        *of_tree,
-        *cost_curve(bvh),
-        *parallel_exhibits(bvh),
-        *morton_exhibits(bvh),
-        *ploc_exhibits(bvh),
-        *rearranging_exhibits(bvh),
-        *spatial_splits(bvh),
-    ]
+    exhibits = [make(bvh) for make in OF_TREE]
+    if (log := bvh.build_log) is not None:
+        for make_of_building in OF_BUILDING:
+            exhibits += make_of_building(bvh, log)
+    return exhibits

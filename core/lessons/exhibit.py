@@ -4,8 +4,10 @@ How clusters merge, how a queue is compacted, where a subtree was moved to: each
 segments and a caption, so that overlay and pictures show the same. A chart, too, is segments: it
 stands in an upright plane beside the model.
 
-An exhibit runs the builder's or optimiser's own code once more and looks at its steps; there is no
-second one that explains.
+What a builder or an optimiser has decided, an exhibit reads in the build log
+(:mod:`..contract.build_log`) and in the arrays of the structure. What no log holds, such as all
+that was considered and not taken, comes from the builder's own code, over the triangles of that
+node; there is no second one that explains.
 """
 
 from __future__ import annotations

@@ -1,9 +1,13 @@
 """Exhibits of builders that sort along the Morton curve: the curve with its intervals, the sort.
 
-"Morton curve" shows how the curve runs through the model, then the tree of LBVH level by level:
-every interval in a colour of its own, the boxes around what is in them, and below the model the
-intervals as brackets over the sorted codes. "Radix sort" shows the codes as bars after each pass.
-"Radix-2 split" shows for some of the codes what the lecture's primitive does with one bit.
+"Morton curve" shows how the curve runs through the model, then the tree level by level, as the
+build log tells of it: every node in a colour of its own, the box around it, and below the model its
+intervals as brackets over the sorted codes. A node of LBVH is one interval. One of HLBVH above the
+treelets has several, and clusters of PLOC are seen in an exhibit of their own.
+
+"Radix sort" shows the codes as bars after each pass, "Radix-2 split" for some of them what the
+lecture's primitive does with one bit. No log has passes of a sort: it is done again, with the codes
+of the same triangles.
 """
 
 from __future__ import annotations
@@ -13,22 +17,24 @@ from typing import NamedTuple
 import numpy as np
 
 from ..colours import ramp
+from ..contract.build_log import SPLIT, BuildLog
 from ..geometry.box import boxes_of
 from ..geometry.box_shape import box_segments
-from ..kernels import call
 from ..parallel import Team
 from ..progress import SILENT, Progress
 from ..structures.bvh.builders import BUILDERS
 from ..structures.bvh.builders.morton.codes import MortonSettings, codes_of, sort_by_code
 from ..structures.bvh.builders.morton.hlbvh import boxes_around
-from ..structures.bvh.builders.morton.lbvh import find_cut
 from ..structures.bvh.builders.morton.radix_sort import DIGIT, passes, split
 from ..structures.bvh.hierarchy import BVH
 from .drawing import BLUE, GREY, ORANGE, Chart, Lines, coloured, counted, frame_of
 from .exhibit import MOST_SEGMENTS, Exhibit, Frame, Once
 
 MOST_LEVELS = 8
-"""Levels of the tree that are shown: the last has up to 128 intervals."""
+"""Levels of the tree that are shown: the last has up to 128 nodes."""
+
+MOST_BRACKETS = 128
+"""Brackets of one level."""
 
 BARS = 1000
 """Bars of the sort; of more codes every second, third, ... is drawn."""
@@ -41,18 +47,18 @@ CHART = 0.4
 
 
 class Sorted(NamedTuple):
-    """The triangles along the curve: their codes (n,), boxes (n, 6) and centroids (n, 3)."""
+    """The triangles along the curve: their codes (n,), numbers (n,) and centroids (n, 3)."""
 
     codes: np.ndarray
-    boxes: np.ndarray
+    order: np.ndarray
     centroids: np.ndarray
 
 
-def morton_exhibits(bvh: BVH) -> list[Exhibit]:
+def morton_exhibits(bvh: BVH, log: BuildLog) -> list[Exhibit]:
     """Return the exhibits of the curve and of the sort, of builders that sort along the curve."""
     if not issubclass(BUILDERS[bvh.settings.builder].Settings, MortonSettings):
         return []
-    return [morton_curve(bvh), radix_sort(bvh), radix_2_split(bvh)]
+    return [morton_curve(bvh, log), radix_sort(bvh), radix_2_split(bvh)]
 
 
 def chart_below(bvh: BVH, high: float, top: float) -> Chart:
@@ -67,11 +73,32 @@ def chart_below(bvh: BVH, high: float, top: float) -> Chart:
 # ------------------------------------------------------------------------------------------- curve
 
 
-def morton_curve(bvh: BVH) -> Exhibit:
-    """Return the curve, and the intervals of the upper levels of the tree of LBVH."""
+class Level(NamedTuple):
+    """The nodes of a level, and the leaves above it, along the curve.
+
+    Attributes
+    ----------
+    sizes : (k,) int64
+        Triangles of each.
+    boxes : (k, 6) float64
+    middles : (k,) float64
+        The middle of each, as a share of all triangles in the order of the tree.
+    node : (n,) int64
+        The node, by its place in the above, of every triangle along the curve.
+    """
+
+    sizes: np.ndarray
+    boxes: np.ndarray
+    middles: np.ndarray
+    node: np.ndarray
+
+
+def morton_curve(bvh: BVH, log: BuildLog) -> Exhibit:
+    """Return the curve, and the upper levels of the tree where the builder divides it."""
     count = len(bvh.scene)
     bits = int(bvh.settings.morton_bits)
-    levels = min(MOST_LEVELS, count.bit_length())
+    splits = log.step[log.kind == SPLIT]
+    levels = 0 if log.is_bottom_up else min(MOST_LEVELS, 1 + int(splits.max(initial=0)))
 
     @Once
     def along_curve(progress: Progress) -> Sorted:
@@ -79,11 +106,13 @@ def morton_curve(bvh: BVH) -> Exhibit:
         with Team(progress, "Sorting along the curve") as team:
             codes, order = sort_by_code(boxes, bits, team)
         boxes = boxes[order]
-        return Sorted(codes, boxes, 0.5 * (boxes[:, :3] + boxes[:, 3:]))
+        return Sorted(codes, order, 0.5 * (boxes[:, :3] + boxes[:, 3:]))
 
     @Once
-    def intervals(progress: Progress) -> list[np.ndarray]:
-        return intervals_of_levels(along_curve(progress).codes, levels)
+    def found_levels(progress: Progress) -> list[Level]:
+        order = along_curve(progress).order
+        progress.report(0, 1, "Reading the splits")
+        return levels_of(bvh, log, order, levels)
 
     def frame(number: int, progress: Progress = SILENT) -> Frame:
         found = along_curve(progress)
@@ -96,21 +125,21 @@ def morton_curve(bvh: BVH) -> Exhibit:
                 f"bits, of which {different}"
             )
         else:
-            begins = intervals(progress)[number - 1]
-            ends = np.append(begins[1:], count)
-            sizes, colours = ends - begins, 0.5 * (begins + ends) / count
+            upper = found_levels(progress)[:number]
+            level = upper[-1]
             parts = [
-                curve(found, np.repeat(colours, sizes), MOST_SEGMENTS * 3 // 4),
-                Lines(
-                    box_segments(boxes_around(found.boxes, begins)),
-                    opaque(ramp(np.repeat(colours, 12))),
-                ),
-                brackets(chart_below(bvh, count, levels), intervals(progress)[:number]),
+                curve(found, level.middles[level.node], MOST_SEGMENTS * 3 // 4),
+                Lines(box_segments(level.boxes), opaque(ramp(np.repeat(level.middles, 12)))),
+                brackets(chart_below(bvh, count, levels), upper),
             ]
+            n_runs = 1 + int(np.count_nonzero(np.diff(level.node)))
             caption = (
-                f"Level {number - 1} of LBVH: {counted(len(begins), 'interval', 'intervals')}; "
-                f"the largest has {counted(int(sizes.max()), 'triangle', 'triangles')}"
+                f"Level {number - 1} of the tree: {counted(len(level.sizes), 'node', 'nodes')}, "
+                f"{counted(n_runs, 'interval', 'intervals')} of the curve; the largest node has "
+                f"{counted(int(level.sizes.max()), 'triangle', 'triangles')}"
             )
+            if n_runs > MOST_BRACKETS:
+                caption += f"; brackets: the {MOST_BRACKETS} longest intervals"
         drawn = len(parts[0].segments)
         if drawn < count - 1:
             caption += f"; drawn: {counted(drawn, 'piece', 'pieces')} of the curve"
@@ -125,16 +154,43 @@ def morton_curve(bvh: BVH) -> Exhibit:
     )
 
 
-def intervals_of_levels(codes: np.ndarray, levels: int) -> list[np.ndarray]:
-    """Return where the intervals of each level begin, cut as LBVH does; leaves stay."""
-    nodes, found = [(0, len(codes))], []
-    for _ in range(levels):
-        found.append(np.array([begin for begin, _ in nodes]))
-        below: list[tuple[int, int]] = []
-        for begin, end in nodes:
-            middle = call(find_cut, codes, begin, end) if end - begin > 1 else end
-            below += [(begin, middle), (middle, end)] if middle < end else [(begin, end)]
-        nodes = below
+def levels_of(bvh: BVH, log: BuildLog, order: np.ndarray, levels: int) -> list[Level]:
+    """Return the upper levels of a tree as it was split, a level a step.
+
+    Parameters
+    ----------
+    order : (n,) int
+        The triangles along the curve.
+    """
+    # Where the triangles of every node begin, in the order that the builder gave them.
+    begin = np.zeros(len(log.cells), np.int64)
+    begins = [np.zeros(1, np.int64)]
+    is_split = log.kind == SPLIT
+    step, node = log.step[is_split], log.node[is_split]
+    (left, right), n_left = log.children[is_split].T, log.counts[is_split, 0]
+    for number in range(1, int(step.max(initial=0)) + 1):
+        these = slice(*np.searchsorted(step, [number, number + 1]))
+        begin[left[these]] = begin[node[these]]
+        begin[right[these]] = begin[node[these]] + n_left[these]
+        begins.append(np.sort(np.append(begins[-1], begin[right[these]])))
+    ids = bvh.triangles.ids
+    if log.leaves is not None:  # they have been moved since
+        ids = np.empty_like(ids)
+        ids[begin[log.leaves]] = bvh.triangles.ids
+    place = np.empty(len(ids), np.int64)
+    place[ids] = np.arange(len(ids))
+    boxes, places = boxes_of(bvh.scene.triangles)[ids], place[order]
+    found = []
+    for first in begins[:levels]:
+        ends = np.append(first[1:], len(ids))
+        found.append(
+            Level(
+                ends - first,
+                boxes_around(boxes, first),
+                0.5 * (first + ends) / len(ids),
+                np.searchsorted(first, places, side="right") - 1,
+            )
+        )
     return found
 
 
@@ -151,20 +207,22 @@ def opaque(colours: np.ndarray) -> np.ndarray:
     return np.concatenate([colours, np.ones((len(colours), 1))], axis=1)
 
 
-def brackets(chart: Chart, levels: list[np.ndarray]) -> Lines:
-    """Return the intervals of levels as brackets, the root's on top."""
-    count = chart.low + chart.span
+def brackets(chart: Chart, levels: list[Level]) -> Lines:
+    """Return the intervals of levels as brackets in their nodes' colours, the root's on top."""
     segments, colours = [], []
-    for level, begins in enumerate(levels):
-        ends = np.append(begins[1:], count)
+    for number, level in enumerate(levels):
+        begins = np.flatnonzero(np.diff(level.node, prepend=-1))
+        ends = np.append(begins[1:], len(level.node))
+        longest = np.sort(np.argsort(begins - ends, kind="stable")[:MOST_BRACKETS])
+        begins, ends = begins[longest], ends[longest]
         gap = 0.1 * (ends - begins)
-        y = np.full(len(begins), chart.top - level)
+        y = np.full(len(begins), chart.top - number)
         left, right = chart.points(begins + gap, y), chart.points(ends - gap, y)
         left_foot = chart.points(begins + gap, y - 0.4)
         right_foot = chart.points(ends - gap, y - 0.4)
         pieces = [(left, right), (left, left_foot), (right, right_foot)]
         segments += [np.stack(piece, axis=1) for piece in pieces]
-        colours += [opaque(ramp(0.5 * (begins + ends) / count))] * 3
+        colours += [opaque(ramp(level.middles[level.node[begins]]))] * 3
     return Lines(np.concatenate(segments), np.concatenate(colours))
 
 
@@ -223,7 +281,7 @@ def radix_2_split(bvh: BVH) -> Exhibit:
     @Once
     def codes(progress: Progress) -> np.ndarray:
         with Team(progress, "Computing codes") as team:
-            return codes_of(boxes_of(bvh.scene.triangles[::step]), bits, team)
+            return codes_of(boxes_of(bvh.scene.triangles), bits, team)[::step]
 
     def frame(bit: int, progress: Progress = SILENT) -> Frame:
         now = codes(progress)

@@ -6,7 +6,8 @@ compaction makes of it. Nodes in the queues have the colours of their boxes in t
 
 "Min-reduction": the candidates of the root as bars as high as their costs, and above them the
 places that they are compared in. Each step compares pairs of places, and the cheaper candidate goes
-on (blue); in the model are the planes still in the game.
+on (blue); in the model are the planes still in the game. The log has the one that was taken only;
+the builder's own rule evaluates the candidates of the root once more, over the same triangles.
 """
 
 from __future__ import annotations
@@ -16,19 +17,21 @@ from typing import NamedTuple
 import numpy as np
 
 from ..colours import ramp
+from ..contract.build_log import BuildLog
 from ..contract.cells import planes_across
 from ..geometry.box import boxes_of
 from ..geometry.box_shape import box_segments
 from ..kernels import call
 from ..progress import SILENT, Progress
 from ..sah.split_curve import has_curves, look_at_candidates
-from ..structures.bvh.builders.top_down import parallel_sah
 from ..structures.bvh.builders.top_down.parallel_split import data_parallel_rules, reduction_step
-from ..structures.bvh.builders.top_down.recursion import room_for
 from ..structures.bvh.hierarchy import BVH
-from ..structures.bvh.topology.tree import Primitives
+from ..structures.bvh.topology.tree import Primitives, ranges_of
 from .drawing import BLUE, GREY, RED, Chart, Lines, coloured, frame_of, outlines
 from .exhibit import Exhibit, Frame, Once
+
+EMPTY = -1
+"""The node in a gap of a queue."""
 
 MOST_SLOTS = 64
 """Places of a queue that are drawn."""
@@ -42,11 +45,11 @@ HATCHING = np.array([[[s, 0, -1], [s, 0, 1]] for s in (-0.6, -0.2, 0.2, 0.6)])
 SQUARE = np.concatenate([FRAME, HATCHING])
 
 
-def parallel_exhibits(bvh: BVH) -> list[Exhibit]:
+def parallel_exhibits(bvh: BVH, log: BuildLog) -> list[Exhibit]:
     """Return the exhibits, if the tree is as this builder made it."""
     if bvh.settings.builder != "parallel_sah" or not has_curves(bvh):
         return []
-    return [split_queues(bvh), min_reduction(bvh)]
+    return [split_queues(bvh, log), min_reduction(bvh, log)]
 
 
 # -------------------------------------------------------------------------------------- queues
@@ -78,40 +81,63 @@ class DrawnLevel(NamedTuple):
     compacted: Slots
 
 
-def drawn_levels(bvh: BVH, progress: Progress) -> list[DrawnLevel]:
-    """Let the builder build once more and keep of each level what can be drawn.
+class Queues(NamedTuple):
+    """The queues of a level: nodes, and EMPTY in gaps."""
+
+    input: np.ndarray
+    output: np.ndarray
+    compacted: np.ndarray
+
+
+def queues_of(log: BuildLog) -> list[Queues]:
+    """Return the queues of every level: the log has a step for each, from left to right.
+
+    The last one has nothing but leaves, and no step.
+    """
+    found, queue = [], np.zeros(1, np.int64)
+    for step in range(1, log.last_step + 2):
+        these = slice(*np.searchsorted(log.step, [step, step + 1]))
+        output = np.full((len(queue), 2), EMPTY)
+        output[np.isin(queue, log.node[these])] = log.children[these]
+        found.append(Queues(queue, output.ravel(), output[output != EMPTY]))
+        queue = found[-1].compacted
+    return found
+
+
+def drawn_levels(bvh: BVH, log: BuildLog, progress: Progress) -> list[DrawnLevel]:
+    """Return of each level what can be drawn.
 
     Raises
     ------
     Cancelled
         From `progress`.
     """
-    scene = bvh.scene
-    make_rule, order = data_parallel_rules(
-        Primitives(scene.triangles, boxes_of(scene.triangles)), bvh.settings
-    )
-    tree, splits = room_for(len(order))
-    nodes = []
-    for level in parallel_sah.levels_of(make_rule, len(order), tree, splits, progress):
-        queue, output = level.queue[: MOST_SLOTS // 2], level.output[:MOST_SLOTS]
-        n_children = int((output[:, parallel_sah.NODE] != parallel_sah.EMPTY).sum())
-        kept = queue, output, level.compacted[:n_children]
-        nodes.append(
-            [
-                (queue[:, parallel_sah.NODE].copy(), len(all_of))
-                for queue, all_of in zip(kept, level, strict=True)
-            ]
-        )
-    # Only now all boxes are known.
-    return [
-        DrawnLevel(*(Slots(node != parallel_sah.EMPTY, tree.boxes[node], n) for node, n in level))
-        for level in nodes
-    ]
+    text = "Reading the queues"
+    progress.report(0, 1, text)
+    begin, end = ranges_of(bvh.arrays.first, bvh.arrays.size, bvh.width())
+    boxes = bvh.reference_boxes()
+
+    def slots(nodes: np.ndarray, most: int) -> Slots:
+        shown = nodes[:most]
+        around = np.zeros((len(shown), 6))
+        for i in np.flatnonzero(shown != EMPTY).tolist():
+            below = boxes[begin[shown[i]] : end[shown[i]]]
+            around[i, :3], around[i, 3:] = below[:, :3].min(axis=0), below[:, 3:].max(axis=0)
+        return Slots(shown != EMPTY, around, len(nodes))
+
+    levels = queues_of(log)
+    drawn = []
+    for done, level in enumerate(levels):
+        progress.report(done, len(levels), text)
+        output = slots(level.output, MOST_SLOTS)
+        compacted = slots(level.compacted, int(output.filled.sum()))
+        drawn.append(DrawnLevel(slots(level.input, MOST_SLOTS // 2), output, compacted))
+    return drawn
 
 
-def split_queues(bvh: BVH) -> Exhibit:
+def split_queues(bvh: BVH, log: BuildLog) -> Exhibit:
     """Return the work queues, two frames a level: after splitting, and after compaction."""
-    levels = Once(lambda progress: drawn_levels(bvh, progress))
+    levels = Once(lambda progress: drawn_levels(bvh, log, progress))
 
     def frame(number: int, progress: Progress = SILENT) -> Frame:
         depth, is_compacted = divmod(number, 2)
@@ -206,9 +232,13 @@ def drawn_queues(bvh: BVH, level: DrawnLevel, is_compacted: bool) -> list[Lines]
 # ----------------------------------------------------------------------------------- reduction
 
 
-def min_reduction(bvh: BVH) -> Exhibit:
+def min_reduction(bvh: BVH, log: BuildLog) -> Exhibit:
     """Return the reduction of the root's candidates, one frame a step."""
     scene, settings = bvh.scene, bvh.settings
+    event = log.split_of(0)
+    taken = None
+    if event is not None and log.axis[event] >= 0:
+        taken = int(log.axis[event]), float(log.position[event])
     n_candidates = 3 * settings.bins
 
     @Once
@@ -231,7 +261,7 @@ def min_reduction(bvh: BVH) -> Exhibit:
 
     def frame(step: int, progress: Progress = SILENT) -> Frame:
         planes, costs, left = reduced(progress)
-        return frame_of_reduction(bvh, planes, costs, left[: step + 1], len(left) - 1)
+        return frame_of_reduction(bvh, planes, costs, left[: step + 1], len(left) - 1, taken)
 
     return Exhibit(
         "min_reduction",
@@ -243,7 +273,12 @@ def min_reduction(bvh: BVH) -> Exhibit:
 
 
 def frame_of_reduction(
-    bvh: BVH, planes: np.ndarray, costs: np.ndarray, left: list[np.ndarray], n_steps: int
+    bvh: BVH,
+    planes: np.ndarray,
+    costs: np.ndarray,
+    left: list[np.ndarray],
+    n_steps: int,
+    taken: tuple[int, float] | None,
 ) -> Frame:
     """Return the picture after some steps.
 
@@ -252,6 +287,8 @@ def frame_of_reduction(
     planes, costs : (3 k,) float64
     left : list of int arrays
         The candidates that are left at the start and after each step so far.
+    taken : (int, float) or None
+        Axis and position of the plane by which the root was split, if it was.
     """
     low, high = bvh.scene.lower, bvh.scene.upper
     box = np.concatenate([low, high])
@@ -281,11 +318,13 @@ def frame_of_reduction(
         rounds = np.stack([chart.points(from_x, levels[0]), chart.points(to_x, levels[1])], axis=1)
         won = before == after[to]
         parts += [coloured(rounds[~won], GREY), coloured(rounds[won], BLUE)]
-    colour = RED if len(left[-1]) == 1 else BLUE
-    for candidate in winners.tolist():
-        cut = planes_across(box[None], candidate // k, planes[candidate : candidate + 1])
+    shown, colour = [(c // k, float(planes[c])) for c in winners.tolist()], BLUE
+    if len(left[-1]) == 1 and taken:
+        shown, colour = [taken], RED
+    for axis, position in shown:
+        cut = planes_across(box[None], axis, np.array([position]))
         parts.append(coloured(outlines(cut), colour))
-    return frame_of(parts, caption_of_reduction(planes, costs, left, n_steps))
+    return frame_of(parts, caption_of_reduction(planes, costs, left, n_steps, taken))
 
 
 def middles_of(places: np.ndarray, width: int, count: int) -> np.ndarray:
@@ -294,7 +333,11 @@ def middles_of(places: np.ndarray, width: int, count: int) -> np.ndarray:
 
 
 def caption_of_reduction(
-    planes: np.ndarray, costs: np.ndarray, left: list[np.ndarray], n_steps: int
+    planes: np.ndarray,
+    costs: np.ndarray,
+    left: list[np.ndarray],
+    n_steps: int,
+    taken: tuple[int, float] | None,
 ) -> str:
     """Return how many candidates are left, and the last in words."""
     step, n_left, k = len(left) - 1, len(left[-1]), len(planes) // 3
@@ -304,4 +347,7 @@ def caption_of_reduction(
     winner = int(left[-1][0])
     if not np.isfinite(costs[winner]):
         return f"{text}; no plane tells the triangles apart"
-    return f"{text}: {'xyz'[winner // k]} = {planes[winner]:.5g}"
+    if taken is None:
+        plane = f"{'xyz'[winner // k]} = {planes[winner]:.5g}"
+        return f"{text}: {plane}; it was not taken, since it costs no less than a leaf"
+    return f"{text}: {'xyz'[taken[0]]} = {taken[1]:.5g}"

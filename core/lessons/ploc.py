@@ -7,14 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..colours import ramp
-from ..geometry.box import boxes_of
+from ..contract.build_log import MERGE, BuildLog
 from ..geometry.box_shape import box_segments
-from ..parallel import Team
 from ..progress import SILENT, Progress
-from ..structures.bvh.builders.bottom_up.ploc import iterations
-from ..structures.bvh.builders.morton.codes import sort_by_code
 from ..structures.bvh.hierarchy import BVH
-from ..structures.bvh.topology.tree import leaves_only
+from ..structures.bvh.topology.build_log import tree_as_built
 from .drawing import Lines, counted, frame_of
 from .exhibit import MOST_SEGMENTS, Exhibit, Frame, Once
 
@@ -42,7 +39,7 @@ class Snapshot(NamedTuple):
     total: int
 
 
-def ploc_exhibits(bvh: BVH) -> list[Exhibit]:
+def ploc_exhibits(bvh: BVH, log: BuildLog) -> list[Exhibit]:
     """Return the clusters after every iteration, of a tree that PLOC has built.
 
     Frame 0 has the triangles themselves.
@@ -53,7 +50,7 @@ def ploc_exhibits(bvh: BVH) -> list[Exhibit]:
 
     @Once
     def snapshots(progress: Progress) -> list[Snapshot]:
-        return take_snapshots(bvh, progress)
+        return take_snapshots(bvh, log, progress)
 
     def frame(number: int, progress: Progress = SILENT) -> Frame:
         shot = snapshots(progress)[number]
@@ -78,30 +75,38 @@ def ploc_exhibits(bvh: BVH) -> list[Exhibit]:
     return [Exhibit("ploc_clusters", "PLOC Clusters", description, len(counts), frame, on_page)]
 
 
-def take_snapshots(bvh: BVH, progress: Progress) -> list[Snapshot]:
-    """Run the builder once more and keep what one frame can show of every iteration.
+def take_snapshots(bvh: BVH, log: BuildLog, progress: Progress) -> list[Snapshot]:
+    """Return what one frame can show of every iteration; the log has the mergers of each.
 
     Raises
     ------
     Cancelled
         From `progress`.
     """
-    boxes = boxes_of(bvh.scene.triangles)
-    n = len(boxes)
-    begins = np.arange(2 * n - 1)  # the first reference below each node
-    made = 0  # nodes below this number are not new
+    text = "Reading the mergers"
+    progress.report(0, 1, text)
+    n, boxes = len(bvh.scene), tree_as_built(log, bvh.reference_boxes()).boxes
+    merges = np.flatnonzero(log.kind == MERGE)
+    made, children, step = log.node[merges], log.children[merges], log.step[merges]
+    # Names begin with those of the triangles, along the curve. A cluster is known by the place of
+    # its first triangle: that is in the left one of the two that it was merged of.
+    begins, now = np.arange(len(log.cells)), np.arange(n)  # now: the cluster that begins there
+    is_new = np.ones(len(log.cells), bool)
 
-    def snapshot(nodes: np.ndarray) -> Snapshot:
+    def snapshot() -> Snapshot:
+        nodes = now[now >= 0]
         some = nodes[:: -(-len(nodes) // (MOST_SEGMENTS // 12))]
-        return Snapshot(tree.boxes[some], begins[some] / n, some >= made, len(nodes))
+        return Snapshot(boxes[some], begins[some] / n, is_new[some], len(nodes))
 
-    with Team(progress, "Running PLOC again") as team:
-        _, order = sort_by_code(boxes, int(bvh.settings.morton_bits), team)
-        tree = leaves_only(boxes[order])
-        shots, made = [snapshot(np.arange(n))], n
-        for nodes in iterations(tree, bvh.settings.radius, team):
-            new = nodes[nodes >= made]
-            begins[new] = begins[tree.left[new]]
-            shots.append(snapshot(nodes))
-            made += len(new)
+    shots, last = [snapshot()], int(step[-1]) if len(step) else 0
+    for iteration in range(1, last + 1):
+        progress.report(iteration - 1, last, text)
+        these = slice(*np.searchsorted(step, [iteration, iteration + 1]))
+        left, right = children[these].T
+        begins[made[these]] = begins[left]
+        now[begins[right]] = -1
+        now[begins[left]] = made[these]
+        is_new[:] = False
+        is_new[made[these]] = True
+        shots.append(snapshot())
     return shots

@@ -1,35 +1,50 @@
 """Exhibits of rearranged trees: reinsertions, treelets, and how the cost falls.
 
-They show what the optimiser wrote into its log while it worked: the moves with the greatest gains,
-the greatest first.
+They show moves of the build log, those with the greatest gains, the greatest first. How the tree
+was at that time comes from making the moves of the log again, from the tree as it was built
+(:mod:`..structures.bvh.optimisers.replay`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
 import numpy as np
 
+from ..contract.build_log import MOVE, REINSERT, BuildLog
 from ..geometry.box_shape import box_segments, surface_area
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.optimisers.rearranging import Rearrangement
+from ..structures.bvh.optimisers.replay import Replay
 from .drawing import BLUE, GREEN, GREY, ORANGE, RED, Chart, Colour, Lines, coloured, frame_of
-from .exhibit import Exhibit, Frame
+from .exhibit import Exhibit, Frame, Once
+
+MOST_MOVES = 24
+"""Moves that are shown."""
+
+TEXT = "Making the moves of the log again"
 
 OUTWARDS = np.array([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
 """Added to a box, moves all its sides outwards."""
 
 
-def rearranging_exhibits(structure: BVH) -> list[Exhibit]:
-    """Return what there is to show of a tree that was rearranged."""
+def rearranging_exhibits(structure: BVH, log: BuildLog) -> list[Exhibit]:
+    """Return what there is to show of a tree that was rearranged.
+
+    Where the tree as built was kept, since it is cheaper with its leaves, the log has no moves.
+    """
     done = structure.rearrangement
     if done is None:
         return []
     found = [cost_over_steps(structure, done)]
-    if done.made and structure.settings.optimise.startswith("reinsert"):
-        found.append(reinsertions(structure, done))
-    if done.made and structure.settings.optimise.startswith("treelet"):
-        found.append(treelets(structure, done))
+    made = int((np.isin(log.kind, (MOVE, REINSERT)) & ~np.isnan(log.cost)).sum())
+    if made and structure.settings.optimise.startswith("reinsert"):
+        found.append(reinsertions(structure, log, made))
+    if made and structure.settings.optimise.startswith("treelet"):
+        found.append(treelets(structure, log, made))
     return found
 
 
@@ -53,12 +68,14 @@ def cost_over_steps(structure: BVH, done: Rearrangement) -> Exhibit:
             chart.mark(last, shown[-1], ORANGE),
         ]
         fallen = 1.0 - shown[-1] / costs[0] if costs[0] > 0.0 else 0.0
-        return frame_of(
-            parts,
+        caption = (
             f"{optimise}, step {last} of {len(costs) - 1}: SAH cost {shown[-1]:.2f}, "
             f"{100.0 * fallen:.1f}% less than the {costs[0]:.2f} as built (grey); "
-            "one triangle a leaf, the axis begins at 0",
+            "one triangle a leaf, the axis begins at 0"
         )
+        if not structure.figures["optimise_pays"]:
+            caption += "; with its leaves the tree as built costs less, and was kept"
+        return frame_of(parts, caption)
 
     return Exhibit(
         "cost_over_steps",
@@ -69,53 +86,151 @@ def cost_over_steps(structure: BVH, done: Rearrangement) -> Exhibit:
     )
 
 
-def reinsertions(structure: BVH, done: Rearrangement) -> Exhibit:
+T = TypeVar("T")
+
+
+def replayed(
+    bvh: BVH, log: BuildLog, look: Callable[[Replay, int, Progress], T], progress: Progress
+) -> list[T]:
+    """Return what a look at each of the greatest moves has found, the greatest first.
+
+    Parameters
+    ----------
+    look : callable
+        Gets the tree before a move, and the number of that; it may make the move.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    progress.report(0, 1, TEXT)
+    replay = Replay(log, bvh.reference_boxes())
+    greatest = np.argsort(-replay.gains, kind="stable")[:MOST_MOVES]
+    found = {}
+    for number in np.sort(greatest).tolist():
+        replay.go_on(int(replay.moves[number, 0]), progress, TEXT)
+        found[number] = look(replay, number, progress)
+    return [found[number] for number in greatest.tolist()]
+
+
+class Reinsertion(NamedTuple):
+    """A node that was cut off and hung elsewhere.
+
+    Attributes
+    ----------
+    number : int
+        Moves that were made before.
+    gain : float
+    node, old_parent, old_sibling : (6,) float64
+        Boxes before it was cut off.
+    new_sibling : (6,) float64
+        The box while it was cut off: that of a node above it has shrunk.
+    """
+
+    number: int
+    gain: float
+    node: np.ndarray
+    old_parent: np.ndarray
+    old_sibling: np.ndarray
+    new_sibling: np.ndarray
+
+
+def look_at_reinsertion(replay: Replay, number: int, progress: Progress) -> Reinsertion:
+    """Make a reinsertion, and return what it was."""
+    tree, (first, behind) = replay.tree, replay.moves[number].tolist()
+    node, (place, old_sibling) = replay.node[first], replay.children[first]
+    own, above, beside = tree.boxes[[node, tree.parent[node], old_sibling]]
+    replay.go_on(behind, progress, TEXT)
+    gain, new_sibling = float(replay.gains[number]), tree.boxes[place].copy()
+    return Reinsertion(number, gain, own, above, beside, new_sibling)
+
+
+def reinsertions(structure: BVH, log: BuildLog, made: int) -> Exhibit:
     """Return the reinsertions that gained most, two frames each: before and after."""
     root = coloured(box_segments(structure.arrays.volumes.boxes()[:1]), GREY)
+    shown = min(made, MOST_MOVES)
+
+    @Once
+    def moves(progress: Progress) -> list[Reinsertion]:
+        return replayed(structure, log, look_at_reinsertion, progress)
 
     def frame(number: int, progress: Progress = SILENT) -> Frame:
-        row, is_after = done.moves[number // 2], number % 2 == 1
-        node, old_parent, old_sibling, new_sibling = row[2:].reshape(4, 6)
-        new_parent = union(node, new_sibling)
-        parent, colour = (new_parent, GREEN) if is_after else (old_parent, RED)
-        whole = union(old_parent, new_parent)
+        move, is_after = moves(progress)[number // 2], number % 2 == 1
+        new_parent = union(move.node, move.new_sibling)
+        parent, colour = (new_parent, GREEN) if is_after else (move.old_parent, RED)
+        whole = union(move.old_parent, new_parent)
 
         def parts(margin: float) -> list[Lines]:
             # Around the others by a margin, a parent is not hidden by them.
             return [
-                around(parent + margin * OUTWARDS, colour), around(old_sibling, GREY),
-                around(new_sibling, BLUE), around(node, ORANGE),
+                around(parent + margin * OUTWARDS, colour), around(move.old_sibling, GREY),
+                around(move.new_sibling, BLUE), around(move.node, ORANGE),
             ]  # fmt: skip
 
         copy = enlarged(parts(0.02 * extent(whole)), whole, structure.scene)
         verb = "fell" if is_after else "will fall"
         caption = (
-            f"Reinsertion {int(row[1]) + 1} of {done.made}, {'after' if is_after else 'before'}: "
+            f"Reinsertion {move.number + 1} of {made}, {'after' if is_after else 'before'}: "
             f"the node (orange) and its {'new' if is_after else 'old'} parent "
             f"({'green' if is_after else 'red'}), {share(structure, parent)}; its old sibling "
-            f"(grey) and its new one (blue). The cost {verb} by {row[0]:.3g}"
+            f"(grey) and its new one (blue). The cost {verb} by {move.gain:.3g}"
         )
         return frame_of([root, *parts(0.0), *copy], caption)
 
     return Exhibit(
         "reinsertions",
         "Reinsertions",
-        f"Where nodes were moved to: the {len(done.moves)} reinsertions that gained most",
-        2 * len(done.moves),
+        f"Where nodes were moved to: the {shown} reinsertions that gained most",
+        2 * shown,
         frame,
     )
 
 
-def treelets(structure: BVH, done: Rearrangement) -> Exhibit:
+class Restructured(NamedTuple):
+    """A treelet that was given another tree; numbers as in :class:`..treelet.Treelet`.
+
+    Attributes
+    ----------
+    number : int
+        Moves that were made before.
+    gain : float
+    leaves : (k, 6) float64
+        Boxes.
+    children : (2, k - 1, 2) int64
+        Of each inner node, the root first, before and after.
+    """
+
+    number: int
+    gain: float
+    leaves: np.ndarray
+    children: np.ndarray
+
+
+def look_at_treelet(replay: Replay, number: int, progress: Progress) -> Restructured:
+    """Return what becomes of a treelet."""
+    tree, (first, behind) = replay.tree, replay.moves[number].tolist()
+    inner, after = replay.node[first:behind], replay.children[first:behind]
+    before = np.stack([tree.left[inner], tree.right[inner]], axis=1)
+    leaves = np.setdiff1d(before, inner)
+    names = np.concatenate([leaves, inner])
+    order = np.argsort(names)
+    children = order[np.searchsorted(names[order], np.stack([before, after]))]
+    return Restructured(number, float(replay.gains[number]), tree.boxes[leaves].copy(), children)
+
+
+def treelets(structure: BVH, log: BuildLog, made: int) -> Exhibit:
     """Return the treelets that gained most, two frames each: before and after."""
-    most = (done.moves.shape[1] + 1) // 10  # see treelet_width
+    shown = min(made, MOST_MOVES)
+
+    @Once
+    def moves(progress: Progress) -> list[Restructured]:
+        return replayed(structure, log, look_at_treelet, progress)
 
     def frame(number: int, progress: Progress = SILENT) -> Frame:
-        row, is_new = done.moves[number // 2], number % 2
-        count = int(row[2])
-        leaves = row[3 : 3 + 6 * count].reshape(-1, 6)
-        begin = 3 + 6 * most + 2 * (most - 1) * is_new
-        children = row[begin : begin + 2 * (count - 1)].astype(np.int64).reshape(-1, 2)
+        move, is_new = moves(progress)[number // 2], number % 2
+        leaves, children = move.leaves, move.children[is_new]
+        count = len(leaves)
         boxes = boxes_of_treelet(leaves, children)
         inner = boxes[count + 1 :]
         parts = [coloured(box_segments(leaves), GREY), around(boxes[count], BLUE)]
@@ -123,10 +238,10 @@ def treelets(structure: BVH, done: Rearrangement) -> Exhibit:
         root = float(surface_area(structure.arrays.volumes.boxes()[0])) or 1.0
         areas = surface_area(inner).sum() / root
         caption = (
-            f"Treelet {int(row[1]) + 1} of {done.made}, {'after' if is_new else 'before'}: "
+            f"Treelet {move.number + 1} of {made}, {'after' if is_new else 'before'}: "
             f"{count} leaves (grey), root (blue), {count - 2} inner nodes "
             f"({'green' if is_new else 'red'}) with {areas:.4g} times the area of the scene's box. "
-            f"The cost {'fell' if is_new else 'will fall'} by {row[0]:.3g}; "
+            f"The cost {'fell' if is_new else 'will fall'} by {move.gain:.3g}; "
             "right: the tree, the height of a node is its area"
         )
         diagram = topology(structure, boxes, children, GREEN if is_new else RED)
@@ -136,8 +251,8 @@ def treelets(structure: BVH, done: Rearrangement) -> Exhibit:
     return Exhibit(
         "treelets",
         "Treelets",
-        f"Treelets before and after: the {len(done.moves)} that gained most, and their trees",
-        2 * len(done.moves),
+        f"Treelets before and after: the {shown} that gained most, and their trees",
+        2 * shown,
         frame,
     )
 

@@ -3,13 +3,15 @@
 Three charts stand to the right of the model, for planes across x, y and z from top to bottom; each
 runs along its axis from one side of the node to the other. Blue: the candidates of the builder, as
 steps. Green: the line of the full sweep, which cuts between any two centroids. Grey: the cost of
-testing all triangles. Red: the plane that was taken, in its chart and in the model.
+testing all triangles. Red: the plane that was taken, in its chart and in the model, as the build
+log has it; of the candidates that were not taken nobody keeps a log (:mod:`..sah.split_curve`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from ..contract.build_log import BuildLog
 from ..contract.cells import planes_across
 from ..geometry.box_shape import box_segments
 from ..progress import SILENT, Progress
@@ -28,7 +30,7 @@ WIDTH, HEIGHT, GAP = 0.9, 0.28, 0.08
 """Size of a chart and the distance to the next, as shares of the longest side of the scene."""
 
 
-def cost_curve(bvh: BVH) -> list[Exhibit]:
+def cost_curve(bvh: BVH, log: BuildLog) -> list[Exhibit]:
     """Return the exhibit, if the builder chose among candidates by cost."""
     if not has_curves(bvh):
         return []
@@ -37,7 +39,7 @@ def cost_curve(bvh: BVH) -> list[Exhibit]:
     nodes = nearest.tolist() or [0]  # of one leaf, why it is one
 
     def frame(number: int, progress: Progress = SILENT) -> Frame:
-        return frame_of_node(bvh, nodes[number], progress)
+        return frame_of_node(bvh, log, nodes[number], progress)
 
     return [
         Exhibit(
@@ -50,8 +52,10 @@ def cost_curve(bvh: BVH) -> list[Exhibit]:
     ]
 
 
-def frame_of_node(bvh: BVH, node: int, progress: Progress) -> Frame:
-    """Return the picture of the candidates of a node."""
+def frame_of_node(bvh: BVH, log: BuildLog, node: int, progress: Progress) -> Frame:
+    """Return the picture of the candidates of a node, and of the one that was taken."""
+    event = log.split_of(node)
+    taken = event if event is not None and log.axis[event] >= 0 else None
     curve = split_curve(bvh, node, progress=progress)
     sweep = split_curve(bvh, node, "sweep_sah", progress)
     top = float(np.concatenate([curve.cost, sweep.cost]).max(initial=curve.leaf_cost))
@@ -63,28 +67,34 @@ def frame_of_node(bvh: BVH, node: int, progress: Progress) -> Frame:
         parts.append(line_through(chart, sweep, axis))
         if bvh.settings.builder != "sweep_sah":
             parts.append(steps_through(chart, curve, axis))
-        if curve.best >= 0 and axis == curve.axis[curve.best]:
-            parts.append(chart.mark(curve.position[curve.best], curve.cost[curve.best], RED))
-    if curve.best >= 0:
-        position = curve.position[curve.best : curve.best + 1]
-        cut = planes_across(curve.box[None], int(curve.axis[curve.best]), position)
+        if taken is not None and axis == log.axis[taken] and np.isfinite(log.cost[taken]):
+            parts.append(chart.mark(log.position[taken], log.cost[taken], RED))
+    if taken is not None:
+        position = log.position[taken : taken + 1]
+        cut = planes_across(curve.box[None], int(log.axis[taken]), position)
         parts.append(coloured(np.concatenate([outlines(cut), cut[0, [[0, 2], [1, 3]]]]), RED))
-    return frame_of(parts, caption_of(bvh, node, curve, sweep))
+    return frame_of(parts, caption_of(bvh, log, node, curve, sweep))
 
 
-def caption_of(bvh: BVH, node: int, curve: SplitCurve, sweep: SplitCurve) -> str:
+def caption_of(bvh: BVH, log: BuildLog, node: int, curve: SplitCurve, sweep: SplitCurve) -> str:
     """Return the figures of the split in words."""
-    settings = bvh.settings
+    settings, event = bvh.settings, log.split_of(node)
     constants = f"(C_trav {settings.C_trav:g}, C_isect {settings.C_isect:g})"
     text = f"Node {node}: no split {curve.leaf_cost:.2f} {constants}; "
     if curve.best < 0:
         return f"{text}no plane tells its triangles apart"
-    best = curve.best
+    text += f"{len(curve.cost)} candidates, "
+    if event is None:
+        return f"{text}the best costs {curve.cost[curve.best]:.2f}: a leaf"
+    n_left, n_right = log.counts[event]
+    if log.axis[event] < 0:
+        return f"{text}none of them divides it: split by index into {n_left} and {n_right}"
     text += (
-        f"{len(curve.cost)} candidates, best {'xyz'[curve.axis[best]]} = "
-        f"{curve.position[best]:.5g}: N_L = {curve.N_L[best]}, N_R = {curve.N_R[best]}, "
-        f"Cost = {curve.cost[best]:.2f}"
+        f"taken {'xyz'[log.axis[event]]} = {log.position[event]:.5g}: "
+        f"N_L = {n_left}, N_R = {n_right}"
     )
+    if np.isfinite(log.cost[event]):
+        text += f", Cost = {log.cost[event]:.2f}"
     if settings.builder != "sweep_sah":
         text += f"; of all {len(sweep.cost)} cuts {sweep.cost[sweep.best]:.2f}"
     return text

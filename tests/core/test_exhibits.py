@@ -40,7 +40,7 @@ def test_frames_can_be_drawn(scene, lab, build):
     for name, text in lab.ALL_VARIANTS:
         if not issubclass(structures()[name], BVH):  # no other structure has exhibits
             continue
-        structure = build(name, lab.small_scene(scene), text)
+        structure = build(name, lab.small_scene(scene), text, log=True)
         exhibits = exhibits_of(structure)
         assert len({exhibit.name for exhibit in exhibits}) == len(exhibits)
         for exhibit in exhibits:
@@ -64,7 +64,7 @@ def check_exhibit(exhibit):
 
 
 def test_frames_are_made_without_touching_the_structure(lab, build):
-    structure = build("bvh", lab.small_scene("suzanne"))
+    structure = build("bvh", lab.small_scene("suzanne"), log=True)
     before = structure.cells(), structure.triangles.ids.copy()
     for exhibit in exhibits_of(structure):
         for number in frames_to_show(exhibit.count):

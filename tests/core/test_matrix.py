@@ -106,7 +106,7 @@ def check_exhibits(structure, history=()):
 
 def check_all_verbs(settings, scene, moved, rays, naive, folder):
     # build
-    structure = BVH.build(scene, settings)
+    structure = BVH.build(scene, settings, log=True)
     assert structure.validate() == []
     # trace, and step through a ray
     hits, counters = check_hits(structure, rays, naive(scene))
@@ -195,7 +195,7 @@ def test_pictures(scene, rays, moved, tmp_path, builder, optimise, small_picture
 
     Those of the default tree are part of every run: ``make demo`` makes them of every sample.
     """
-    structure = BVH.build(scene, BVH.Settings(builder=builder, optimise=optimise))
+    structure = BVH.build(scene, BVH.Settings(builder=builder, optimise=optimise), log=True)
     trees = [structure]
     if structure.parts is None:
         trees.append(structure.refitted(moved))

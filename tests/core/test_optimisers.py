@@ -8,11 +8,12 @@ import threading
 import numpy as np
 import pytest
 from accelscope.core import parallel
+from accelscope.core.contract.build_log import MOVE, REINSERT
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.kernels import call
-from accelscope.core.lessons import rearranging as exhibits_rearranging
 from accelscope.core.lessons.exhibit import MOST_SEGMENTS
+from accelscope.core.lessons.rearranging import rearranging_exhibits
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.structures.bvh.builders.top_down import binned_sah
 from accelscope.core.structures.bvh.optimisers import OPTIMISERS, rearranging
@@ -146,8 +147,8 @@ def copied(tree):
     return LinkedTree(*(array.copy() for array in tree))
 
 
-def optimised(name, tree, settings=SETTINGS, progress=SILENT):
-    return OPTIMISERS[name].optimise(tree, settings, progress)
+def optimised(name, tree, settings=SETTINGS, progress=SILENT, log=False):
+    return OPTIMISERS[name].optimise(tree, settings, progress, log)
 
 
 def assert_sound(tree, leaf_boxes):
@@ -262,25 +263,20 @@ def test_trees_as_deep_as_there_are_triangles(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_gains_of_all_moves_are_what_the_cost_fell_by(name):
-    boxes = random_boxes(14, seed=4)
-    tree = random_tree(boxes, seed=4)
-    done = optimised(name, tree)
-    assert 0 < done.made == len(done.moves) <= rearranging.REMEMBERED
-    assert (done.moves[:, 0] > 0.0).all()
-    assert sorted(done.moves[:, 1]) == list(range(done.made))
-    assert done.moves[:, 0].sum() == pytest.approx(done.costs[0] - done.costs[-1], rel=1e-9)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_the_log_keeps_the_greatest_gains(monkeypatch, name):
-    scene = make_sample("suzanne:subdivisions=0")
-    few = optimised(name, poor_tree(scene)).moves
-    monkeypatch.setattr(rearranging, "REMEMBERED", 100_000)
-    done = optimised(name, poor_tree(scene))
-    assert len(done.moves) == done.made > rearranging.REMEMBERED / 1000
-    np.testing.assert_array_equal(few[:, 0], done.moves[: len(few), 0])
-    assert (np.diff(done.moves[:, 0]) <= 0.0).all()
-    assert done.moves[:, 0].sum() == pytest.approx(done.costs[0] - done.costs[-1], rel=1e-9)
+    trees = (
+        random_tree(random_boxes(14, seed=4), seed=4),
+        poor_tree(make_sample("suzanne:subdivisions=0")),
+    )
+    for tree in trees:
+        done = optimised(name, copied(tree), log=True)
+        gains = done.log.cost[np.isin(done.log.kind, (MOVE, REINSERT))]
+        gains = gains[~np.isnan(gains)]
+        assert len(gains) == done.made > 0
+        assert (gains > 0.0).all()
+        assert gains.sum() == pytest.approx(done.costs[0] - done.costs[-1], rel=1e-9)
+        # Whoever asks for no log gets the same tree and none.
+        without = optimised(name, tree)
+        assert (without.costs, without.made, without.log) == (done.costs, done.made, None)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -390,13 +386,15 @@ def test_a_round_moves_some_of_the_largest_nodes_and_no_other():
     scene = make_sample("suzanne:subdivisions=2")
     start = good_tree(scene)
     settings = dataclasses.replace(SETTINGS, batch=0.01, rounds=1)
-    done = optimised("reinsert_batches", copied(start), settings)
+    done = optimised("reinsert_batches", copied(start), settings, log=True)
     # The root is one of them; it has no better place.
     count = int(np.ceil(0.01 * len(start.left))) + 1
     areas = surface_area(start.boxes)
     least = np.sort(areas)[-count]
     assert 0 < done.made <= count
-    assert (surface_area(done.moves[:, 2:8]) >= least).all()
+    moved = done.log.node[done.log.kind == REINSERT]
+    assert len(moved) == done.made
+    assert (areas[moved] >= least).all()
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 9, 10])
@@ -429,7 +427,7 @@ def test_taking_a_node_apart_puts_each_child_to_its_best_place(seed):
             rest = without(nested, part)
             found = [beside(rest, place, part) for place in parts_of(rest)]
             nested = min([nested, *found], key=lambda each: round(measure(each, boxes)[1], 12))
-        moves = rearranging.make_moves(rearranging.MOVE_WIDTH)
+        moves = rearranging.make_moves()
         call(one_by_one.reinsert_children, tree, np.array([node], np.int32), 0, 1e-12, queue, moves)
         assert_sound(tree, boxes)
         total = measure(nested_of(tree), boxes)[1]
@@ -468,7 +466,7 @@ def test_a_rotation_is_the_best_of_six(seed):
     nested = nested_of(tree)
     best = min([nested, *exchanges(nested)], key=lambda each: measure(each, boxes)[1])
     root = np.flatnonzero(tree.parent < 0).astype(np.int32)
-    call(rotations.rotate_range, tree, root, 0, 1, 1e-12, rearranging.make_moves(2))
+    call(rotations.rotate_range, tree, root, 0, 1, 1e-12, rearranging.make_moves())
     assert_sound(tree, boxes)
     assert measure(nested_of(tree), boxes)[1] == pytest.approx(measure(best, boxes)[1], rel=1e-12)
 
@@ -576,8 +574,8 @@ def test_optimised_trees_of_others_are_sound(lab, build, builder):
 @pytest.mark.parametrize("name", NAMES)
 def test_exhibits(build, name):
     scene = make_sample("suzanne:subdivisions=0")
-    bvh = build("bvh", scene, f"builder=spatial_median,optimise={name}")
-    exhibits = {each.name: each for each in exhibits_rearranging.rearranging_exhibits(bvh)}
+    bvh = build("bvh", scene, f"builder=spatial_median,optimise={name}", log=True)
+    exhibits = {each.name: each for each in rearranging_exhibits(bvh, bvh.build_log)}
     kind = {"reinsert": "reinsertions", "treelet": "treelets"}.get(name.split("_")[0])
     assert set(exhibits) == {"cost_over_steps"} | ({kind} if kind else set())
     for exhibit in exhibits.values():
@@ -588,33 +586,3 @@ def test_exhibits(build, name):
             assert np.isfinite(frame.segments).all()
     last = exhibits["cost_over_steps"].frame(exhibits["cost_over_steps"].count - 1).caption
     assert f"{bvh.rearrangement.costs[-1]:.2f}" in last
-
-
-@pytest.mark.parametrize("name", ["treelet", "treelet_agglomerative"])
-def test_treelets_in_the_log(name):
-    boxes = random_boxes(200, 3)
-    tree = random_tree(boxes, 3)
-    done = optimised(name, tree)
-    most = (done.moves.shape[1] + 1) // 10
-    root = surface_area(tree.boxes[tree.parent < 0])[0]
-    assert len(done.moves) == rearranging.REMEMBERED
-    for row in done.moves:
-        assert row[2] == most
-        leaves, sums = row[3 : 3 + 6 * most].reshape(-1, 6), []
-        for begin in (3 + 6 * most, 3 + 6 * most + 2 * (most - 1)):
-            children = row[begin : begin + 2 * (most - 1)].astype(int).reshape(-1, 2)
-            assert sorted(children.ravel()) == [*range(most), *range(most + 1, 2 * most - 1)]
-            sums.append(
-                surface_area(exhibits_rearranging.boxes_of_treelet(leaves, children))[most:].sum()
-            )
-        assert SETTINGS.C_trav * (sums[0] - sums[1]) / root == pytest.approx(row[0], rel=1e-9)
-
-
-@pytest.mark.parametrize("name", ["reinsert", "reinsert_parallel"])
-def test_reinsertions_in_the_log(name):
-    done = optimised(name, random_tree(random_boxes(200, 3), 3))
-    assert len(done.moves) == rearranging.REMEMBERED
-    for row in done.moves:
-        node, old_parent, old_sibling, _ = row[2:].reshape(4, 6)
-        # The parent may have shrunk to the place when it was cut off.
-        assert (union(node, old_sibling) == old_parent).all()

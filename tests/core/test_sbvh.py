@@ -372,7 +372,7 @@ def test_the_exhibit_counts_what_it_shows(build, settings):
     from accelscope.core.scene import Scene
 
     scene = Scene.from_triangles(thicket(), "thicket")
-    structure = build("bvh", scene, f"builder=sbvh,{settings}".rstrip(","))
+    structure = build("bvh", scene, f"builder=sbvh,{settings}".rstrip(","), log=True)
     (exhibit,) = (each for each in exhibits_of(structure) if each.name == "spatial_splits")
     made = structure.statistics().extra["spatial_splits"]
     depths = np.repeat(np.arange(len(made)), made)[: exhibit.count]
@@ -393,5 +393,5 @@ def test_without_spatial_splits_there_is_no_exhibit(build):
 
     scene = Scene.from_triangles(thicket(), "thicket")
     for settings in ("builder=sbvh,duplication=1", "builder=binned_sah"):
-        names = [each.name for each in exhibits_of(build("bvh", scene, settings))]
+        names = [each.name for each in exhibits_of(build("bvh", scene, settings, log=True))]
         assert "spatial_splits" not in names

@@ -22,7 +22,7 @@ SPECS = (
     "bvh:builder=parallel_sah", "bvh:builder=lbvh,arity=4",
 )  # fmt: skip
 
-AT_HAND = {"cost_over_steps", "reinsertions"}
+AT_HAND = {"cost_over_steps"}
 """Exhibits of what an optimiser noted, a bounded number of steps: their frames look at nothing
 that grows with the scene."""
 
@@ -51,7 +51,7 @@ class Watch(Progress):
 def built(spec: str):
     name, texts = parse_spec(spec)
     structure = structure_named(name)
-    return structure.build(make_sample("suzanne"), parse(structure.Settings, texts, spec))
+    return structure.build(make_sample("suzanne"), parse(structure.Settings, texts, spec), log=True)
 
 
 @pytest.mark.parametrize("spec", SPECS)

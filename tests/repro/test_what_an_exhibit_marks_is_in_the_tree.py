@@ -1,6 +1,6 @@
 """The cost curve marks the planes that the tree has; a refitted tree, which has others, has none.
 
-Other exhibits of the building run the builder again, too, and go the same way.
+Other exhibits of the building are about triangles that have moved, too, and go the same way.
 """
 
 import numpy as np
@@ -51,7 +51,7 @@ def test_the_planes_of_the_cost_curve(scene, builder):
 @pytest.mark.parametrize("builder", sorted(set(BUILDERS) - {"sbvh"}))
 @pytest.mark.parametrize("optimise", ["none", "reinsert", "treelet"])
 def test_nothing_of_the_building_is_shown_of_a_refitted_tree(scene, builder, optimise):
-    structure = BVH.build(scene, BVH.Settings(builder=builder, optimise=optimise))
+    structure = BVH.build(scene, BVH.Settings(builder=builder, optimise=optimise), log=True)
     moved = Scene.from_triangles(scene.triangles[:, :, ::-1] * [1.0, 3.0, 1.0], "elsewhere")
     refitted = structure.refitted(moved)
     assert not names_of(refitted) & OF_THE_BUILDING
@@ -67,7 +67,7 @@ def test_nothing_of_the_building_is_shown_of_a_refitted_tree(scene, builder, opt
 def test_the_list_above_is_whole(scene):
     """Whatever some builder or optimiser shows and others do not, is about the building."""
     shown = [
-        names_of(BVH.build(scene, BVH.Settings(builder=builder, optimise=optimise)))
+        names_of(BVH.build(scene, BVH.Settings(builder=builder, optimise=optimise), log=True))
         for builder, optimise in [
             *((builder, "none") for builder in BUILDERS),
             ("lbvh", "reinsert"),

@@ -16,7 +16,7 @@ from ...contract.protocols import Linked
 from ...contract.structure import Structure
 from ...geometry.box_shape import surface_area
 from ...geometry.rays import Rays
-from ...lessons import exhibits_of
+from ...lessons import exhibits_left_out, exhibits_of
 from ...printing import in_html
 from ...settings import to_text
 from ..records.experiment import Built
@@ -125,6 +125,8 @@ class Gallery:
                 f"<h3>{in_html(exhibit.label)}</h3><p>{in_html(exhibit.description)}</p>"
                 f'<div class="row frames">{figure_tags(frames)}</div>'
             )
+        if left_out := exhibits_left_out(structure):
+            yield f"<p>{in_html(left_out)}.</p>"
 
     def _free_name(self, wanted: str) -> str:
         """Return a file name that no earlier picture has taken."""

@@ -56,14 +56,15 @@ def group(
     so_far = LogSoFar(grouping, tree) if log else None
     as_built = Collapsed(*collapse(tree, rule))
     if so_far:
-        as_built = as_built._replace(log=so_far.until(tree, as_built.tree))
+        as_built = as_built._replace(log=so_far.until(tree, *as_built[:2]))
     progress.report(2, 2, "Choosing leaves")
     rearrangement = optimiser.optimise(tree, part_of(settings, optimiser.Settings), progress, log)
     if so_far:
         so_far.go_on(tree, rearrangement.log)
+        rearrangement = dataclasses.replace(rearrangement, log=None)  # the log of the tree has it
     rearranged = Collapsed(*collapse(tree, rule))
     if so_far:
-        rearranged = rearranged._replace(log=so_far.until(tree, rearranged.tree))
+        rearranged = rearranged._replace(log=so_far.until(tree, *rearranged[:2]))
     pays = total_cost(rearranged.tree, rule) <= total_cost(as_built.tree, rule)
     best = rearranged if pays else as_built
     figures = grouping.figures | rearrangement.figures() | {"optimise_pays": pays}

@@ -22,7 +22,7 @@ from ...contract.statistics import Statistics
 from ...contract.structure import Structure
 from ...contract.workspace import STACK_SIZE, Workspace, make_workspace
 from ...errors import InputError
-from ...geometry.box import Boxes
+from ...geometry.box import Boxes, boxes_of
 from ...geometry.box_shape import surface_area
 from ...geometry.triangle import Triangles, triangles_of
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
@@ -242,6 +242,10 @@ class BVH(Structure):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return triangles, and the ranges of them that ranges of references stand for."""
         return referred(self.triangles.corners, self.parts, begin, end, progress)
+
+    def reference_boxes(self) -> np.ndarray:
+        """Return the boxes of what references stand for, (n_references, 6)."""
+        return boxes_of(self.triangles.corners) if self.parts is None else self.parts
 
     def width(self) -> np.ndarray:
         """Return how many children every node has, (n_nodes,) int."""

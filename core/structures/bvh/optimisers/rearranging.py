@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ....contract.build_log import FIT, MOVE, REINSERT, BuildLog
+from ....contract.build_log import FIT, MOVE, BuildLog
 from ....contract.structure import CostSettings
 from ....geometry.box import area_of
 from ....geometry.box_shape import surface_area
@@ -39,26 +39,18 @@ exchanged for each other forever."""
 ENOUGH = 1e-3
 """Share of the cost: an optimiser stops when two steps in a row gain less than that."""
 
-REMEMBERED = 24
-"""Moves that are kept to be shown: those with the greatest gains."""
-
 MOST_COSTS = 50
 """Costs among the figures of a tree."""
-
-MOVE_WIDTH = 26
-"""Numbers per reinsertion that is kept to be shown."""
 
 NO_CELLS = np.empty(0, np.int64)
 """Of a part of a log: nobody knows yet what the finished tree will be."""
 
 
 class Moves(NamedTuple):
-    """Log of accepted moves; those with the greatest gains are kept.
+    """Notes of accepted moves.
 
     Attributes
     ----------
-    rows : (REMEMBERED, width) float64
-        Gain, number of the move, then what the optimiser wants to be shown.
     made : (1,) int64
         Number of accepted moves.
     events : (room, 4) int64
@@ -69,7 +61,6 @@ class Moves(NamedTuple):
         How many there are.
     """
 
-    rows: np.ndarray
     made: np.ndarray
     events: np.ndarray
     gains: np.ndarray
@@ -84,17 +75,13 @@ class Rearrangement:
     ----------
     costs : list of float
         SAH cost of the tree, one triangle a leaf, before the first step and after each.
-    moves : (k, width) float64
-        The moves with the greatest gains, the greatest first. Their gains are SAH costs. See
-        :func:`note_reinsertion`, :func:`.treelet.note_treelet`.
     made : int
-        Number of all moves.
+        Number of moves.
     log : BuildLog or None
-        All of them, if asked for; names are the nodes of the linked tree.
+        The moves, if asked for; names are the nodes of the linked tree.
     """
 
     costs: list[float]
-    moves: np.ndarray
     made: int
     log: BuildLog | None = None
 
@@ -109,12 +96,10 @@ class Rearrangement:
         }
 
 
-def make_moves(width: int, room: int = 0) -> Moves:
-    """Return an empty log of moves, `width` numbers each, and room for the events of one call."""
-    return Moves(
-        np.zeros((REMEMBERED, width)), np.zeros(1, np.int64),
-        np.empty((room, 4), np.int64), np.empty(room), np.zeros(1, np.int64),
-    )  # fmt: skip
+def make_moves(room: int = 0) -> Moves:
+    """Return room for the events of one kernel call."""
+    made, written = np.zeros(1, np.int64), np.zeros(1, np.int64)
+    return Moves(made, np.empty((room, 4), np.int64), np.empty(room), written)
 
 
 class Work:
@@ -122,8 +107,6 @@ class Work:
 
     Parameters
     ----------
-    width : int
-        Numbers for each of the moves that are to be shown.
     room : int
         Most events of one kernel call; 0 if there is to be no build log.
 
@@ -136,10 +119,10 @@ class Work:
         The gain, in units of area, from which on a move is made.
     """
 
-    def __init__(self, tree: LinkedTree, settings: CostSettings, width: int, room: int) -> None:
+    def __init__(self, tree: LinkedTree, settings: CostSettings, room: int) -> None:
         self._tree, self._settings = tree, settings
         self.costs, self.least = [cost_of(tree, settings)], least_gain(tree)
-        self.moves = make_moves(width, room)
+        self.moves = make_moves(room)
         self._events: list[BuildLog] = []
         self._boxes = tree.boxes.copy() if room else None
 
@@ -171,15 +154,11 @@ class Work:
 
     def done(self) -> Rearrangement:
         """Return what all steps did."""
-        made = int(self.moves.made[0])
-        rows = self.moves.rows[: min(made, REMEMBERED)]
-        rows = rows[np.lexsort([rows[:, 1], -rows[:, 0]])]
-        rows[:, 0] = self._in_cost(rows[:, 0])
         log = None
         if self._boxes is not None:
             nothing = BuildLog.of(FIT, NO_CELLS, NO_CELLS, cells=np.arange(len(self._boxes)))
             log = nothing.with_events(*self._events)
-        return Rearrangement(self.costs, rows, made, log)
+        return Rearrangement(self.costs, int(self.moves.made[0]), log)
 
 
 def cost_of(tree: LinkedTree, settings: CostSettings) -> float:
@@ -226,22 +205,6 @@ def from_leaves_up(
 def least_gain(tree: LinkedTree) -> float:
     """Return the gain, in units of area, from which on a move is made."""
     return LEAST_GAIN * float(surface_area(tree.boxes[root_of(tree)]))
-
-
-@inner
-def note_move(moves, gain):
-    """Count a move; return the row in which to describe it, or -1 if others gained more."""
-    number = moves.made[0]
-    moves.made[0] = number + 1
-    row = number
-    if number >= len(moves.rows):
-        row = 0
-        for i in range(1, len(moves.rows)):
-            row = i if moves.rows[i, 0] < moves.rows[row, 0] else row
-        if moves.rows[row, 0] >= gain:
-            return -1
-    moves.rows[row, 0], moves.rows[row, 1] = gain, number
-    return row
 
 
 @inner
@@ -321,22 +284,6 @@ def attach(tree, node, place):
     tree.parent[place] = parent
     fit_node(tree, parent)
     fit_upwards(tree, above)
-
-
-@inner
-def note_reinsertion(moves, gain, tree, node, sibling, place):
-    """Write a reinsertion into the log, while the node is cut off.
-
-    After gain and number: the boxes of the node, of its old parent, its old and its new sibling.
-    """
-    note_event(moves, REINSERT, node, place, sibling, gain)
-    row = note_move(moves, gain)
-    if row >= 0:
-        for side in range(6):
-            moves.rows[row, 2 + side] = tree.boxes[node, side]
-            moves.rows[row, 8 + side] = tree.boxes[tree.parent[node], side]
-            moves.rows[row, 14 + side] = tree.boxes[sibling, side]
-            moves.rows[row, 20 + side] = tree.boxes[place, side]
 
 
 class Optimises(Protocol):

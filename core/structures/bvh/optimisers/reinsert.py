@@ -30,6 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....contract.build_log import REINSERT
 from ....contract.structure import CostSettings
 from ....geometry.box import area_of, union_area
 from ....geometry.box_shape import surface_area
@@ -37,13 +38,12 @@ from ....kernels import call, inner, kernel
 from ....progress import Progress
 from ..topology.tree import LinkedTree
 from .rearranging import (
-    MOVE_WIDTH,
     Optimiser,
     Rearrangement,
     Work,
     attach,
     detach,
-    note_reinsertion,
+    note_event,
     settled,
     sibling_of,
 )
@@ -166,7 +166,8 @@ def reinsert_children(tree, nodes, first, least, queue, moves):
             place, cost, seen = find_place(tree, root, node, saved - least, queue)
             work += seen + VISITS_PER_MOVE
             if place >= 0:
-                note_reinsertion(moves, saved - cost, tree, node, sibling, place)
+                moves.made[0] += 1
+                note_event(moves, REINSERT, node, place, sibling, saved - cost)
             attach(tree, node, place if place >= 0 else sibling)
             if tree.parent[parent] < 0:
                 root = int(parent)
@@ -201,7 +202,7 @@ def reinsert_nodes(
     Cancelled
         From `progress`.
     """
-    work = Work(tree, settings, MOVE_WIDTH, MOVES_AT_ONCE if log else 0)
+    work = Work(tree, settings, MOVES_AT_ONCE if log else 0)
     n_leaves = (len(tree.left) + 1) // 2
     inner_nodes = np.arange(n_leaves, len(tree.left), dtype=np.int32)
     batch = int(np.ceil(BATCH * len(inner_nodes)))

@@ -45,6 +45,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....contract.build_log import REINSERT
 from ....contract.structure import CostSettings
 from ....geometry.box import area_of, union_area
 from ....kernels import call, inner, kernel
@@ -52,13 +53,12 @@ from ....parallel import Spare, for_chunks
 from ....progress import Progress
 from ..topology.tree import LinkedTree
 from .rearranging import (
-    MOVE_WIDTH,
     Optimiser,
     Rearrangement,
     Work,
     attach,
     detach,
-    note_reinsertion,
+    note_event,
     settled,
     sibling_of,
 )
@@ -178,7 +178,8 @@ def make_range(tree, nodes, places, first, last, least, touched, moves):
         touched[node] = touched[place] = touched[parent] = touched[sibling] = True
         if above >= 0:
             touched[above] = True
-        note_reinsertion(moves, gain, tree, node, sibling, place)
+        moves.made[0] += 1
+        note_event(moves, REINSERT, node, place, sibling, gain)
         attach(tree, node, place)
 
 
@@ -195,7 +196,7 @@ class Rounds:
         self, tree: LinkedTree, settings: CostSettings, progress: Progress, log: bool
     ) -> None:
         self._tree, self._progress = tree, progress
-        self._work = Work(tree, settings, MOVE_WIDTH, MOVES_AT_ONCE if log else 0)
+        self._work = Work(tree, settings, MOVES_AT_ONCE if log else 0)
         self._spare = Spare(make_search)
         self.costs = self._work.costs
 

@@ -33,7 +33,6 @@ from .rearranging import (
     from_leaves_up,
     hang,
     note_event,
-    note_move,
     settled,
     sibling_of,
 )
@@ -93,7 +92,7 @@ def rotate_range(tree, nodes, first, last, least, moves):
             for child in (tree.left[node], tree.right[node]):
                 if tree.left[child] >= 0:
                     fit_node(tree, child)
-            note_move(moves, gain)
+            moves.made[0] += 1
             for parent in (tree.parent[a], tree.parent[b]):
                 note_event(moves, MOVE, parent, tree.left[parent], tree.right[parent], gain)
                 gain = np.nan
@@ -109,7 +108,7 @@ def rotate_subtrees(
     Cancelled
         From `progress`.
     """
-    work = Work(tree, settings, 2, 2 * NODES_AT_ONCE if log else 0)
+    work = Work(tree, settings, 2 * NODES_AT_ONCE if log else 0)
 
     def rotate(nodes: np.ndarray, first: int, last: int) -> None:
         call(rotate_range, tree, nodes, first, last, work.least, work.moves)

@@ -33,7 +33,6 @@ from .rearranging import (
     fit_node,
     from_leaves_up,
     note_event,
-    note_move,
     settled,
 )
 
@@ -199,38 +198,6 @@ def relink(tree, treelet, count):
         fit_node(tree, node)
 
 
-def treelet_width(most: int) -> int:
-    """Return how many numbers the log takes per treelet."""
-    return 3 + 6 * most + 4 * (most - 1)
-
-
-@inner
-def note_treelet(moves, gain, tree, treelet, count):
-    """Write a treelet into the log, before it is linked anew.
-
-    After gain and number: the number of leaves, their boxes, the old and the new children.
-    """
-    row = note_move(moves, gain)
-    if row < 0:
-        return
-    out, most = moves.rows[row], len(treelet.leaves)
-    out[2] = count
-    for leaf in range(count):
-        for side in range(6):
-            out[3 + 6 * leaf + side] = tree.boxes[treelet.leaves[leaf], side]
-    old = 3 + 6 * most
-    new = old + 2 * (most - 1)
-    for k in range(count - 1):
-        node = treelet.inner[k]
-        for side in range(2):
-            child = tree.right[node] if side else tree.left[node]
-            for number in range(2 * count - 1):
-                other = treelet.leaves[number] if number < count else treelet.inner[number - count]
-                if other == child:
-                    out[old + 2 * k + side] = number
-            out[new + 2 * k + side] = treelet.children[k, side]
-
-
 @kernel
 def restructure_range(search, tree, nodes, first, last, least, treelet, moves):
     """Restructure the treelet below each node of a list, from `last` - 1 down to `first`."""
@@ -242,7 +209,7 @@ def restructure_range(search, tree, nodes, first, last, least, treelet, moves):
             continue
         gain = areas - arrange(search, tree, treelet, count)
         if gain > least:
-            note_treelet(moves, gain, tree, treelet, count)
+            moves.made[0] += 1
             relink(tree, treelet, count)
             for k in range(count - 1):
                 node = treelet.inner[k]
@@ -271,7 +238,7 @@ def restructure(
         From `progress`.
     """
     room = (most - 1) * NODES_AT_ONCE if log else 0
-    treelet, work = make_treelet(most), Work(tree, settings, treelet_width(most), room)
+    treelet, work = make_treelet(most), Work(tree, settings, room)
 
     def restructure_some(nodes: np.ndarray, first: int, last: int) -> None:
         call(

@@ -9,12 +9,14 @@ finished tree they are follows from walking down both trees at once.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from ....contract.build_log import FIT, MERGE, MOVE, SPLIT, BuildLog
 from ....geometry.box_shape import surface_area
-from .collapse import LeafRule, collapse, references_below
+from ....kernels import call, kernel
+from .collapse import LeafRule, collapse, list_preorder, references_below
 from .tree import Grouping, LinkedTree, Splits, Tree, depths_of, linked_numbers, ranges_of, root_of
 from .wide import WideTree
 
@@ -96,14 +98,14 @@ def grouping_of_merges(tree: LinkedTree, rule: LeafRule, step: np.ndarray | None
 
     def log() -> BuildLog:
         cells = cells_of(tree.left, tree.right, root_of(tree), finished)
-        made = log_of_merges(as_built, step, areas, cells)
+        made = replace(log_of_merges(as_built, step, areas, cells), leaves=order)
         return made.then(log_of_balancing(tree, as_built.left, as_built.right))
 
     return Grouping(finished, order, log=log)
 
 
 class LogSoFar:
-    """The log of a tree that is rearranged, as it goes on; names are the linked nodes.
+    """The log of a tree that is rearranged, as it goes on; names are those of the builder.
 
     Only what will be lost is noted while the work is under way.
 
@@ -121,12 +123,12 @@ class LogSoFar:
         self._left, self._right = tree.left.copy(), tree.right.copy()
 
     def go_on(self, tree: LinkedTree, log: BuildLog | None) -> None:
-        """Append what was done to the tree."""
+        """Append what was done to the tree; names are its nodes."""
         assert log is not None
         self._later.append(log)
         self._left, self._right = tree.left.copy(), tree.right.copy()
 
-    def until(self, tree: LinkedTree, finished: Tree) -> Callable[[], BuildLog]:
+    def until(self, tree: LinkedTree, finished: Tree, order: np.ndarray) -> Callable[[], BuildLog]:
         """Return what puts the log together up to here, where the tree was collapsed just now."""
         self.go_on(tree, log_of_balancing(tree, self._left, self._right))
         left, right, later = self._left, self._right, self._later.copy()
@@ -135,10 +137,13 @@ class LogSoFar:
         def log() -> BuildLog:
             assert self._grouping.log is not None
             built = self._grouping.log()
-            names = linked_numbers(self._grouping.tree)[built.cells]
-            whole = built.renamed(names, cells_of(left, right, root, finished))
+            numbers = linked_numbers(self._grouping.tree)[built.cells]
+            names = np.empty_like(numbers)  # of the linked nodes: all of them have one
+            names[numbers] = np.arange(len(numbers))
+            cells = cells_of(left, right, root, finished)[numbers]
+            whole = replace(built, cells=cells, leaves=names[order])
             for each in later:
-                whole = whole.then(each)
+                whole = whole.then(each.renamed(names))
             return whole
 
         return log
@@ -191,6 +196,44 @@ def log_of_balancing(tree: LinkedTree, left: np.ndarray, right: np.ndarray) -> B
     step, names = np.ones(len(moved), np.int64), np.arange(len(left))
     moves = BuildLog.of(MOVE, step, moved, children, cells=names)
     return moves.with_events(BuildLog.of(FIT, step, moved, cells=names))
+
+
+def tree_as_built(log: BuildLog, boxes: np.ndarray) -> LinkedTree:
+    """Return the tree that the builder made, before anything was moved; its nodes are the names.
+
+    Parameters
+    ----------
+    log : BuildLog
+        One that goes down to single references.
+    boxes : (r, 6) float64
+        Of the references, in the order of the finished structure.
+    """
+    assert log.leaves is not None
+    count = len(log.cells)
+    links = (np.full(count, -1, np.int32) for _ in range(3))
+    tree = LinkedTree(np.empty((count, 6)), *links)
+    tree.boxes[log.leaves] = boxes
+    makes = np.isin(log.kind, (SPLIT, MERGE))
+    node, children = log.node[makes], log.children[makes]
+    tree.left[node], tree.right[node] = children[:, 0], children[:, 1]
+    tree.parent[children] = node[:, None]
+    nodes = np.empty(count, np.int32)
+    call(list_preorder, tree, root_of(tree), nodes)
+    call(fit_listed, tree, nodes)
+    return tree
+
+
+@kernel
+def fit_listed(tree, nodes):
+    """Fit the boxes of inner nodes; children come behind their parents in the list."""
+    for i in range(len(nodes) - 1, -1, -1):
+        node = nodes[i]
+        if tree.left[node] < 0:
+            continue
+        box, a, b = tree.boxes[node], tree.boxes[tree.left[node]], tree.boxes[tree.right[node]]
+        for axis in range(3):
+            box[axis] = min(a[axis], b[axis])
+            box[3 + axis] = max(a[3 + axis], b[3 + axis])
 
 
 def splits_of_nodes(log: BuildLog, n_nodes: int) -> dict[str, np.ndarray]:

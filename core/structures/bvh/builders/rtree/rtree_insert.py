@@ -271,7 +271,7 @@ def with_insertions(made: Grouping, count: int) -> BuildLog:
     assert made.log is not None
     merges, references = made.log(), np.arange(count)
     inserted = BuildLog.of(INSERT, references + 1, references, cells=merges.cells)
-    return inserted.merged_with(merges)
+    return replace(inserted.merged_with(merges), leaves=merges.leaves)
 
 
 BUILDER = Builder(

@@ -252,22 +252,6 @@ class Node(NamedTuple):
     depth: int
 
 
-class Split(NamedTuple):
-    """A node that was split just now.
-
-    Attributes
-    ----------
-    node, left, right : Node
-    plane : (int, float) or None
-        Axis and position, if it was a spatial split.
-    """
-
-    node: Node
-    left: Node
-    right: Node
-    plane: tuple[int, float] | None
-
-
 class Construction:
     """A tree under construction.
 
@@ -298,17 +282,13 @@ class Construction:
         self.root = Node(0, 0, count, room, 0)
         self._scratch = make_scratch(settings.bins)
 
-    def split(self, node: Node) -> Split | None:
-        """Split a node; None if it becomes a leaf."""
+    def split(self, node: Node) -> list[Node]:
+        """Split a node; return its children, or nothing if it becomes a leaf."""
         stack = np.empty((STACK_SIZE, 5), np.int64)
         if self._build_subtree(node, self._scratch, stack, True) == 0:
-            return None
+            return []
         right, left = (Node(*row) for row in stack[:2].tolist())
-        plane = None
-        if self.tree.cut_depth[node.number] >= 0:
-            axis, position = self._scratch.bounds[2, :2].tolist()
-            plane = int(axis), position
-        return Split(node, left, right, plane)
+        return [left, right]
 
     def finish(self, node: Node) -> int:
         """Split a node and everything below it; return how many references it had."""
@@ -342,9 +322,7 @@ def build_sbvh(
             subtrees.append(node)
             continue
         progress.report(0, total, TEXT)
-        split = work.split(node)
-        if split:
-            pending += [split.left, split.right]
+        pending += work.split(node)
     # The lower parts, side by side.
     with ThreadPoolExecutor(core_count()) as pool:
         futures = [pool.submit(work.finish, node) for node in subtrees]

@@ -227,7 +227,7 @@ def build_subtree(rule, tree, splits, node, first, count, depth, stack, only_one
 # ------------------------------------------------------------------------------------ all nodes
 
 
-def room_for(count: int, log: bool = False) -> tuple[Tree, Splits]:
+def room_for(count: int, log: bool) -> tuple[Tree, Splits]:
     """Return room for a tree over so many triangles, and for notes of its splits if asked.
 
     A size of -1 marks a number that no node has taken.
