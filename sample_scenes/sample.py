@@ -14,7 +14,7 @@ from ..core.memory import refuse_if_too_large
 from ..core.scene import Scene
 from ..core.settings import check, to_json
 
-BYTES_PER_TRIANGLE = 450  # at the peak of generating (measured); the scene keeps 80 of them
+BYTES_PER_ITEM = 450  # at the peak of generating (measured); the scene keeps 80 of a triangle
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class Sample:
         The name in the panel, and one sentence about what the scene is good for.
     Settings : type
         The settings dataclass.
-    triangle_count : callable
-        Settings to the number of triangles, known before anything is generated.
+    count : callable
+        Settings to the number of items, known before anything is generated.
     generator : callable
         Settings to scene; use :meth:`generate`, which checks the settings first.
     """
@@ -39,7 +39,7 @@ class Sample:
     label: str
     summary: str
     Settings: type
-    triangle_count: Callable[[Any], int]
+    count: Callable[[Any], int]
     generator: Callable[[Any], Scene]
 
     def generate(self, settings: Any) -> Scene:
@@ -51,10 +51,10 @@ class Sample:
             For a setting outside its limits, or a scene that does not fit into memory.
         """
         check(settings, f"sample scene {self.name}")
-        count = self.triangle_count(settings)
+        count = self.count(settings)
         refuse_if_too_large(
-            count * BYTES_PER_TRIANGLE,
-            f"sample scene {self.name} with {count} triangles",
+            count * BYTES_PER_ITEM,
+            f"sample scene {self.name} with {count} items",
             "lower its settings",
         )
         return dataclasses.replace(self.generator(settings), source=self.spec(settings))

@@ -7,6 +7,8 @@ import pytest
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.scene import Scene
 from accelscope.sample_scenes import make_sample, samples
+from accelscope.sample_scenes.icosphere import icosphere
+from accelscope.sample_scenes.mount import SPHERE_RADIUS, sphere_centres
 
 # ------------------------------------------------------------------------------ exact arithmetic
 
@@ -165,16 +167,11 @@ def rays_at_all_weak_points(triangles, origins, rng, repeat):
 
 def test_no_ray_escapes_a_closed_sphere(build):
     rng = np.random.default_rng(1)
-    triangles = make_sample("mount:size=1,sphere_subdivisions=5")
-    names = list(triangles.object_names)
-    for number in range(len(names)):
-        piece = triangles.triangles[triangles.object_ids == number]
-        if len(piece) < 1000:
-            continue
-        centre = piece.mean(axis=(0, 1))
-        radius = np.linalg.norm(piece - centre, axis=2).min()
-        sphere = Scene.from_triangles(piece, names[number])
-        inside = centre + 0.5 * radius * (rng.random((1000, 3)) - 0.5)
+    # Four of them, as small and as far from the origin as those of the scene mount.
+    for number, centre in enumerate(sphere_centres(), start=1):
+        piece = centre + SPHERE_RADIUS * icosphere(5)
+        sphere = Scene.from_triangles(piece, f"sphere {number}")
+        inside = centre + 0.5 * SPHERE_RADIUS * (rng.random((1000, 3)) - 0.5)
         rays = rays_at_all_weak_points(piece, inside, rng, 5)
         for name in ("bvh", "grid"):
             hits, _ = build(name, sphere).trace(rays)

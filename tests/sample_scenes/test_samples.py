@@ -63,7 +63,7 @@ def is_closed(triangles):
 def test_default_scene_is_small_and_as_large_as_announced(name):
     sample = sample_named(name)
     scene = make_sample(name)
-    assert len(scene) == sample.triangle_count(sample.Settings()) <= 20_000
+    assert len(scene) == sample.count(sample.Settings()) <= 20_000
     assert scene.name == name
     assert scene.source == f"sample:{name}"
     assert scene.dropped == 0
@@ -155,7 +155,7 @@ def test_settings_made_in_code_are_checked_too():
 def test_scene_that_does_not_fit_is_refused_before_allocating(spec, monkeypatch):
     monkeypatch.setattr("accelscope.core.memory.available_bytes", lambda: 2**30)
     name = spec.partition(":")[0]
-    with pytest.raises(InputError, match=rf"sample scene {name} with \d+ triangles needs .*lower"):
+    with pytest.raises(InputError, match=rf"sample scene {name} with \d+ items needs .*lower"):
         make_sample(spec)
 
 
