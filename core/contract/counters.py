@@ -34,6 +34,8 @@ class Counter(NamedTuple):
         Each event counts as many as it has in the place of its primitive, not as one.
     column : str
         Title of its column in tables; without one it has none.
+    level : int
+        Of the cells and items whose events it counts: 0 but within instances.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Counter(NamedTuple):
     events: tuple[int | np.integer, ...]
     is_sum: bool = False
     column: str = ""
+    level: int = 0
 
 
 N_TS = Counter(
@@ -67,6 +70,21 @@ CELLS_SKIPPED = Counter(
     "cells_skipped", "Cells skipped",
     "cells passed in the steps of others, or not needed any more", (JUMP,), is_sum=True,
 )  # fmt: skip
+
+
+def counters_within(levels: int) -> tuple[Counter, ...]:
+    """Return what is counted in so many levels of instances, one level after the other."""
+    return tuple(
+        counter._replace(
+            name=f"{counter.name}_{level}",
+            label=f"{counter.label}, level {level}",
+            meaning=f"{counter.meaning}, in the meshes of instances {level} deep",
+            level=level,
+            column=f"{counter.column}_{level}" if counter.column else "",
+        )
+        for level in range(1, levels + 1)
+        for counter in (N_TS, N_ETS, N_IT, VOLUME_TESTS)
+    )
 
 
 @dataclass(frozen=True)

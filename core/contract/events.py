@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.instances import MOST_LEVELS
 from ..kernels import inner
 
 VISIT_INNER = np.int64(0)
@@ -43,6 +44,11 @@ KIND_NAMES = (
     "postpone", "skip", "jump",
 )  # fmt: skip
 
+# Places in `Log.written`.
+N_EVENTS, LEVEL_NOW, COUNTS = range(3)
+COUNTS_OF_LEVEL = 4
+"""What is counted of a level: what the walk of a hierarchy counts."""
+
 # Columns of the log.
 KIND, CELL, PRIMITIVE, T_ENTER, T_EXIT, LEVEL = range(6)
 
@@ -53,9 +59,10 @@ class Log(NamedTuple):
     Attributes
     ----------
     rows : (capacity, 6) float64
-    written : (2,) int64
-        How many events there were, and the level that cells are of now: 0 but in a structure within
-        another, whose cells have numbers of their own.
+    written : (COUNTS + MOST_LEVELS * COUNTS_OF_LEVEL,) int64
+        How many events there were (N_EVENTS), and the level that cells are of now (LEVEL_NOW): 0
+        but in a structure within another, whose cells have numbers of their own. From COUNTS on,
+        what has been counted in each level below, for the ray that is traced.
     """
 
     rows: np.ndarray
@@ -64,7 +71,7 @@ class Log(NamedTuple):
 
 def make_log(capacity: int) -> Log:
     """Return an empty log; capacity 0 is for batches."""
-    return Log(np.zeros((capacity, 6)), np.zeros(2, dtype=np.int64))
+    return Log(np.zeros((capacity, 6)), np.zeros(COUNTS + MOST_LEVELS * COUNTS_OF_LEVEL, np.int64))
 
 
 @inner
@@ -73,7 +80,7 @@ def note(log, kind, cell, primitive, t_enter, t_exit):
     capacity = log.rows.shape[0]
     if capacity == 0:
         return
-    index = log.written[0]
+    index = log.written[N_EVENTS]
     if index < capacity:
         row = log.rows[index]
         row[KIND] = kind
@@ -81,5 +88,5 @@ def note(log, kind, cell, primitive, t_enter, t_exit):
         row[PRIMITIVE] = primitive
         row[T_ENTER] = t_enter
         row[T_EXIT] = t_exit
-        row[LEVEL] = log.written[1]
-    log.written[0] = index + 1
+        row[LEVEL] = log.written[LEVEL_NOW]
+    log.written[N_EVENTS] = index + 1

@@ -13,10 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.rays import ANY
-from ..geometry.triangle import Triangles, intersect
+from ..geometry.geometry import intersect
+from ..geometry.rays import ALL, ANY
+from ..geometry.triangle import Triangles
 from ..kernels import dispatched, implements
 from .events import HIT, MAILBOX, NONE, POSTPONE, TEST, note
+from .instances import Instances
 
 
 class Best(NamedTuple):
@@ -82,13 +84,14 @@ def test_leaf(
     raise TypeError(f"no test_leaf for {type(geometry).__name__}")
 
 
+@implements(test_leaf, Instances)
 # Inlined, not called: a fifth faster.
 @implements(test_leaf, Triangles, inline=True)
-def test_triangles(
+def test_items(
     geometry, references, mailbox, first, last, ray, number, workspace, log, cell, enter, leave,
     any_ends, best,
 ):  # fmt: skip
-    """Test the triangles of a leaf."""
+    """Test the items of a leaf."""
     best_t, primitive = best.t, best.primitive
     tests, mailbox_hits, postponed = best.tests, best.mailbox_hits, best.postponed
     for slot in range(first, last):
@@ -100,11 +103,12 @@ def test_triangles(
                 note(log, MAILBOX, cell, n, enter, leave)
                 continue
             workspace.mailbox[n] = number
-        t = intersect(geometry, item, ray)
+        limit = best_t if ray.query != ALL and best_t < ray.t_max else ray.t_max
+        t, met = intersect(geometry, item, ray, limit, number, workspace, log)
         tests += 1
         note(log, TEST, cell, n, t, t)
-        if t <= ray.t_max and (t < best_t or (t == best_t and n < primitive)):
-            best_t, primitive = t, n
+        if t <= ray.t_max and (t < best_t or (t == best_t and met < primitive)):
+            best_t, primitive = t, met
             is_later = t >= leave
             postponed += is_later
             note(log, POSTPONE if is_later else HIT, cell, n, t, t)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .counters import Counter
-from .events import CELL, KIND, KIND_NAMES, LEVEL, PRIMITIVE, T_ENTER, T_EXIT, Log
+from .events import CELL, KIND, KIND_NAMES, LEVEL, N_EVENTS, PRIMITIVE, T_ENTER, T_EXIT, Log
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Steps:
     @classmethod
     def from_log(cls, log: Log, counters: tuple[Counter, ...]) -> Steps:
         """Unpack the rows that were written."""
-        rows = log.rows[: log.written[0]]
+        rows = log.rows[: log.written[N_EVENTS]]
         whole = rows[:, : PRIMITIVE + 1].astype(np.int32)
         return cls(
             whole[:, KIND], whole[:, CELL], whole[:, PRIMITIVE],
@@ -72,6 +72,7 @@ class Steps:
     def _count(self, counter: Counter) -> int:
         """Return the value of one counter."""
         events = [self._by_kind[kind] for kind in counter.events]
+        events = [each[self.level[each] == counter.level] for each in events]
         if counter.is_sum:
             return sum(int(self.primitive[each].sum()) for each in events)
         return sum(len(each) for each in events)

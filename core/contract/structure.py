@@ -20,6 +20,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..errors import InputError
+from ..geometry.instances import levels_of_mesh
 from ..geometry.rays import RayArrays, Rays, make_ray
 from ..geometry.triangle import Triangles
 from ..kernels import call, dispatched, kernel
@@ -30,13 +31,13 @@ from ..scene import Scene
 from ..settings import setting
 from .build_log import BuildLog
 from .cells import Cells
-from .counters import Counter, Counts
-from .events import Log, make_log
+from .counters import Counter, Counts, counters_within
+from .events import COUNTS, N_EVENTS, Log, make_log
 from .figures import Figure
 from .needs import EVERY_CLASS, GEOMETRY, refuse_other_classes
 from .statistics import Statistics
 from .steps import Steps
-from .workspace import Workspace, make_workspace
+from .workspace import Workspace, deepened, make_workspace
 
 SMALLEST_T = 1e-308
 """The t that the longest ray needs to cross a scene is at least this. Below, which is near the end
@@ -87,7 +88,7 @@ class Found(NamedTuple):
     t : float
         Ray parameter of the hit, inf for a miss.
     primitive : int
-        Index of the triangle in the scene, -1 for a miss.
+        Number of the item in the scene, -1 for a miss.
     counts : tuple of int
         Values of the structure's COUNTERS, in their order.
     """
@@ -118,8 +119,9 @@ class Hits:
     ----------
     t : (n,) float64
         Ray parameter of the hit, inf for a miss.
-    primitive : (n,) int32
-        Triangle index in the scene, -1 for a miss. Of equal t the lowest.
+    primitive : (n,) int32, or int64 over instances
+        Number of the item in the scene, -1 for a miss. Of equal t the lowest. Over instances the
+        primitives of each are counted after those of the one before.
     """
 
     t: np.ndarray
@@ -130,14 +132,15 @@ class Hits:
 
 
 @dispatched
-def walk(structure, triangles, ray, number, workspace, log):
+def walk(structure, geometry, ray, number, workspace, log):
     """Walk one ray through a structure: the traversal, one implementation per structure.
 
     Parameters
     ----------
     structure : NamedTuple of arrays
         Decides the implementation.
-    triangles : Triangles
+    geometry : NamedTuple of arrays
+        What its leaves refer to, see :mod:`..geometry.geometry`.
     ray : Ray
     number : int
         Number of the ray, unique in this workspace; for the mailbox.
@@ -152,15 +155,20 @@ def walk(structure, triangles, ray, number, workspace, log):
 
 
 @kernel
-def trace_range(structure, triangles, rays, first, last, workspace, log, t, primitive, counters):
+def trace_range(structure, geometry, rays, first, last, workspace, log, t, primitive, counters):
     """Trace the rays ``first <= i < last`` and write their hits and counters."""
     for i in range(first, last):
-        ray = make_ray(rays, i, triangles.reach)
-        found = walk(structure, triangles, ray, i, workspace, log)
+        ray = make_ray(rays, i, geometry.reach)
+        found = walk(structure, geometry, ray, i, workspace, log)
         t[i] = found.t
         primitive[i] = found.primitive
-        for column in range(len(found.counts)):
+        own = len(found.counts)
+        for column in range(own):
             counters[i, column] = found.counts[column]
+        # What was counted within instances, level by level.
+        for column in range(own, counters.shape[1]):
+            counters[i, column] = log.written[COUNTS + column - own]
+            log.written[COUNTS + column - own] = 0
 
 
 def arrays_in(record: Any) -> Iterator[np.ndarray]:
@@ -207,13 +215,13 @@ class Structure(abc.ABC):
         scene: Scene,
         settings: Any,
         arrays: Any,
-        triangles: Triangles,
+        geometry: Any,
         log: Callable[[Any], BuildLog] | None = None,
     ) -> None:
         self.scene = scene
         self.settings = settings
         self.arrays = arrays
-        self.triangles = triangles
+        self.geometry = geometry
         self._log = log
 
     @functools.cached_property
@@ -225,6 +233,29 @@ class Structure(abc.ABC):
         """
         log, self._log = self._log, None  # what it holds is not needed any more
         return None if log is None else log(self)
+
+    @property
+    def triangles(self) -> Triangles:
+        """The geometry, if it is triangles.
+
+        Raises
+        ------
+        InputError
+            If it holds other items as well.
+        """
+        if not isinstance(self.geometry, Triangles):
+            self.scene.refuse_other_items("this is done")
+        return self.geometry
+
+    @functools.cached_property
+    def levels(self) -> int:
+        """How deep instances lie within each other in what it is built over; 0 without any."""
+        return levels_of_mesh(self.scene.geometry)
+
+    @functools.cached_property
+    def counters(self) -> tuple[Counter, ...]:
+        """What is counted: COUNTERS, and what the walks within instances count."""
+        return (*self.COUNTERS, *counters_within(self.levels))
 
     @property
     def has_mailbox(self) -> bool:
@@ -242,7 +273,7 @@ class Structure(abc.ABC):
         """
         refuse_if_too_large(
             len(scene) * cls.BYTES_PER_TRIANGLE,
-            f"{cls.name} over {len(scene)} triangles",
+            f"{cls.name} over {scene.counted}",
             "use a smaller scene",
         )
 
@@ -337,9 +368,9 @@ class Structure(abc.ABC):
         if query is not None:
             arrays = arrays._replace(queries=np.full(count, query, dtype=np.uint8))
         t = np.empty(count)
-        primitive = np.empty(count, dtype=np.int32)
-        counters = np.empty((count, len(self.COUNTERS)), dtype=np.int32)
-        spare = Spare(self._workspace)
+        primitive = np.empty(count, dtype=self._number_type)
+        counters = np.empty((count, len(self.counters)), dtype=np.int32)
+        spare = Spare(self._deep_workspace)
 
         def trace_chunk(first: int, last: int) -> None:
             with spare.lent() as workspace:
@@ -347,7 +378,7 @@ class Structure(abc.ABC):
 
         for_chunks(trace_chunk, count, threads, progress, f"Tracing {self.name}")
         self._complain_of_lost(primitive)
-        return Hits(t, primitive), Counts(self.COUNTERS, counters)
+        return Hits(t, primitive), Counts(self.counters, counters)
 
     def record(self, rays: Rays, index: int, query: int | None = None) -> Steps:
         """Record the walk of one ray of a batch, with the same kernel that counts.
@@ -360,21 +391,24 @@ class Structure(abc.ABC):
         arrays = rays.select(np.array([index])).arrays()
         if query is not None:
             arrays = arrays._replace(queries=np.full(1, query, dtype=np.uint8))
-        out = np.empty(1), np.empty(1, np.int32), np.empty((1, len(self.COUNTERS)), np.int32)
+        out: tuple[np.ndarray, ...] = (
+            np.empty(1), np.empty(1, self._number_type),
+            np.empty((1, len(self.counters)), np.int32),
+        )  # fmt: skip
         capacity = 1024
         while True:
             log = make_log(capacity)
-            self._trace(arrays, 0, 1, self._workspace(), log, *out)
+            self._trace(arrays, 0, 1, self._deep_workspace(), log, *out)
             self._complain_of_lost(out[1])
-            if log.written[0] <= capacity:
-                return Steps.from_log(log, self.COUNTERS)
-            capacity = int(log.written[0])
+            if log.written[N_EVENTS] <= capacity:
+                return Steps.from_log(log, self.counters)
+            capacity = int(log.written[N_EVENTS])
 
     def _trace(
         self, rays: RayArrays, first: int, last: int, workspace: Workspace, log: Log, *out: Any
     ) -> None:
         """Run the driver over a range of rays."""
-        call(trace_range, self.arrays, self.triangles, rays, first, last, workspace, log, *out)
+        call(trace_range, self.arrays, self.geometry, rays, first, last, workspace, log, *out)
 
     def _complain_of_lost(self, primitive: np.ndarray) -> None:
         """Raise RuntimeError if a walk has lost its way."""
@@ -384,6 +418,15 @@ class Structure(abc.ABC):
                 f"{self.name}: the walk of {len(lost)} of {len(primitive)} rays, ray {lost[0]} the"
                 f" first, does not come to an end in {self.scene.name}; please report it"
             )
+
+    @property
+    def _number_type(self) -> type:
+        """Of the numbers of primitives: instances may have more of them than int32 holds."""
+        return np.int64 if self.levels else np.int32
+
+    def _deep_workspace(self) -> Workspace:
+        """Return scratch memory for one thread, and for the walks within instances."""
+        return deepened(self._workspace(), self.levels)
 
     def _workspace(self) -> Workspace:
         """Return scratch memory for one thread; a structure asks for what its walk uses."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.volume import MOST_STRIPS
+from ..kernels import dispatched, implements
 
 STACK_SIZE = 128
 """Cells a walk can remember; no hierarchy grows deeper (see MAXIMUM_DEPTH)."""
@@ -46,6 +47,33 @@ class Workspace(NamedTuple):
     stack: np.ndarray
     rows: np.ndarray
     mailbox: np.ndarray
+
+
+def deepened(workspace: Workspace, levels: int) -> Workspace:
+    """Return scratch memory with room for the walks within instances, so many levels deep."""
+    if not levels:
+        return workspace
+    return workspace._replace(
+        cells=np.empty(len(workspace.cells) + levels * STACK_SIZE, np.int32),
+        enters=np.empty(len(workspace.enters) + levels * STACK_SIZE),
+        frame=np.zeros((len(workspace.frame) + levels * MOST_STRIPS, 5)),
+    )
+
+
+@dispatched
+def part_below(workspace, levels):
+    """Return the part for walks within instances that lie so many levels deep."""
+    raise TypeError(f"no part of {type(workspace).__name__}")
+
+
+@implements(part_below, Workspace)
+def last_part(workspace, levels):
+    """Return the last rows: the first ones are in use by the walks around."""
+    return Workspace(
+        workspace.cells[-levels * STACK_SIZE :], workspace.enters[-levels * STACK_SIZE :],
+        workspace.frame[-levels * MOST_STRIPS :], workspace.stack, workspace.rows,
+        workspace.mailbox,
+    )  # fmt: skip
 
 
 def make_workspace(*, cells: int = 1, stack: int = 1, rows: int = 1, mailbox: int = 1) -> Workspace:

@@ -21,13 +21,13 @@ from .volume import MISS, fit, outside, prepare, span
 
 @inlined
 def span_box(boxes, index, ray, limit):
-    """Return the t at which the ray enters a box, at least 0, and leaves it, at most `limit`.
+    """Return the t at which the ray enters a box, at least t_min, and leaves it, at most `limit`.
 
     A ray that misses enters after it leaves. Each slab is crossed from `low` to `high` or the other
     way round. Where the ray lies in a slab's plane, 0 * inf is NaN: it is passed on by ``b if b < a
     else a`` and then ignored, so that this plane is no restriction.
     """
-    enter, leave = 0.0, limit
+    enter, leave = ray.t_min, limit
     low = (boxes[index, 0] - ray.low_x) * ray.ix
     high = (boxes[index, 3] - ray.high_x) * ray.ix
     t = high if high < low else low
@@ -80,6 +80,14 @@ def include(box, other):
         low, high = other[side], other[3 + side]
         box[side] = low if low < box[side] else box[side]
         box[3 + side] = high if high > box[3 + side] else box[3 + side]
+
+
+@inner
+def boxes_overlap(a, b):
+    """Say whether two boxes, (6,) each, have a common point."""
+    x = a[0] <= b[3] and b[0] <= a[3]
+    y = a[1] <= b[4] and b[1] <= a[4]
+    return x and y and a[2] <= b[5] and b[2] <= a[5]
 
 
 @inner

@@ -33,3 +33,16 @@ def surface_area(boxes: np.ndarray) -> np.ndarray:
     size = boxes[..., 3:] - boxes[..., :3]
     x, y, z = size[..., 0], size[..., 1], size[..., 2]
     return 2.0 * (x * y + y * z + z * x)
+
+
+def hulls_of_boxes(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return three triangles for each box (n, 6), whose nine corners are its eight and one twice.
+
+    Returns
+    -------
+    corners : (3 n, 3, 3) float64
+    offsets : (n + 1,) int64
+        Box i has ``corners[offsets[i]:offsets[i + 1]]``.
+    """
+    corners = corners_of(boxes)[:, [0, 1, 2, 3, 4, 5, 6, 7, 7]]
+    return corners.reshape(-1, 3, 3), 3 * np.arange(len(boxes) + 1)

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernels import inner, kernel
+from .geometry import clip_box
 from .length import polygon_area
 
 POLYGON_SIZE = 10
@@ -93,14 +94,14 @@ def fit(box, polygon, first, end):
 
 
 @inner
-def divide_reference(corners, triangle, cells, left, axis, boxes, old, new, polygon):
-    """Fit the boxes of a triangle's two parts, below and above the plane that it straddles.
+def divide_reference(geometry, item, cells, left, axis, boxes, old, new, polygon):
+    """Fit the boxes of an item's two parts, below and above the plane that it straddles.
 
     They stay inside the box before, which is inside the cell.
 
     Parameters
     ----------
-    triangle : int
+    item : int
     left, axis : int
         The cell below the plane, that above is the next; and across which axis.
     boxes : (m, 6) float64
@@ -111,8 +112,8 @@ def divide_reference(corners, triangle, cells, left, axis, boxes, old, new, poly
         boxes[new, face] = boxes[old, face]
     boxes[old, 3 + axis] = boxes[new, axis] = cells[left + 1, axis]
     for side in range(2):
-        first, end = clip(corners, triangle, cells[left + side], polygon)
-        fit(boxes[new if side == 1 else old], polygon, first, end)
+        part = boxes[new if side == 1 else old]
+        clip_box(geometry, item, cells[left + side], part, polygon)
 
 
 @kernel

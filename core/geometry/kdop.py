@@ -146,7 +146,7 @@ def prepare_kdop(volumes, ray, strips):
 def span_kdop(volumes, index, ray, strips, limit):
     """Intersect the intervals within all strips; stop as soon as nothing is left."""
     rows = volumes.rows
-    t_enter, t_leave = 0.0, limit
+    t_enter, t_leave = ray.t_min, limit
     for strip in range(len(volumes.directions)):
         low = (rows[index, 2 * strip] - strips[strip, 0]) * strips[strip, 2]
         high = (rows[index, 2 * strip + 1] - strips[strip, 1]) * strips[strip, 2]

@@ -231,7 +231,7 @@ def prepare_obb(volumes, ray, strips):
 def span_obb(volumes, index, ray, strips, limit):
     """Test three strips: the slab test in the box's own axes; stop at the first that is missed."""
     rows, slack = volumes.rows, strips[0, 0]
-    t_enter, t_leave = 0.0, limit
+    t_enter, t_leave = ray.t_min, limit
     for i in range(3):
         x, y, z = rows[index, 3 * i], rows[index, 3 * i + 1], rows[index, 3 * i + 2]
         start = x * ray.ox + y * ray.oy + z * ray.oz

@@ -1,6 +1,7 @@
 """Rays: the batch as arrays, the single ray as the kernels see it.
 
-A ray is ``o + t d`` with ``0 <= t <= t_max``; d need not have unit length.
+A ray is ``o + t d`` with ``t_min <= t <= t_max``; d need not have unit length. A batch says of each
+ray as well where it comes from: its class, what it leaves, where it goes, when, for which pixel.
 
 Slack
 -----
@@ -20,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernels import inner
+from ..kernels import inlined, inner
 
 CLOSEST = 0
 """Query: the nearest hit; of several at the same t the lowest primitive id."""
@@ -33,6 +34,13 @@ ULPS = 8 * np.finfo(np.float64).eps
 """Slack relative to the largest coordinate: three roundings in a slab test, with room."""
 
 
+NOBODY = -1
+"""Source, target or pixel of a ray that has none."""
+
+EVERY_OBJECT = 0xFF
+"""The mask of a ray that meets instances whatever their masks."""
+
+
 @dataclass(frozen=True)
 class Rays:
     """A batch of rays; make it with :meth:`from_arrays`.
@@ -41,21 +49,37 @@ class Rays:
     ----------
     origins, directions, inverse : (n, 3) float64
         `inverse` is ``1 / directions`` with IEEE infinities.
-    t_max : (n,) float64
+    t_min, t_max : (n,) float64
     queries : (n,) uint8
         CLOSEST, ANY or ALL.
     classes : (n,) uint8
         Index into `class_names`: what each ray is for (primary, shadow, ...).
     class_names : tuple of str
+    sources : (n,) int32
+        The object that a ray leaves; NOBODY for one from a camera.
+    targets : (n,) int32
+        Where a ray goes, if that is known: for a shadow ray the number of the light.
+    times : (n,) float64
+        When it is under way: 0 at the first key of what moves, 1 at the second.
+    masks : (n,) uint8
+        It meets only instances whose masks have a bit in common with its own.
+    pixels : (n,) int32
+        Index of the primary ray that it descends from.
     """
 
     origins: np.ndarray
     directions: np.ndarray
     inverse: np.ndarray
+    t_min: np.ndarray
     t_max: np.ndarray
     queries: np.ndarray
     classes: np.ndarray
     class_names: tuple[str, ...]
+    sources: np.ndarray
+    targets: np.ndarray
+    times: np.ndarray
+    masks: np.ndarray
+    pixels: np.ndarray
 
     @classmethod
     def from_arrays(
@@ -64,18 +88,25 @@ class Rays:
         directions: np.ndarray,
         t_max: np.ndarray | float = np.inf,
         *,
+        t_min: np.ndarray | float = 0.0,
         queries: np.ndarray | int = CLOSEST,
         classes: np.ndarray | int = 0,
         class_names: tuple[str, ...] = ("ray",),
+        sources: np.ndarray | int = NOBODY,
+        targets: np.ndarray | int = NOBODY,
+        times: np.ndarray | float = 0.0,
+        masks: np.ndarray | int = EVERY_OBJECT,
+        pixels: np.ndarray | int = NOBODY,
     ) -> Rays:
         """Check arrays and bring them into the one form the kernels take.
 
         Raises
         ------
         InputError
-            If shapes differ, a number is not finite, a direction is zero or t_max is negative.
+            If shapes differ, a number is not finite, a direction is zero, t_min is negative or
+            beyond t_max, or a time is not in [0, 1].
         """
-        if np.iscomplexobj(origins) or np.iscomplexobj(directions) or np.iscomplexobj(t_max):
+        if any(np.iscomplexobj(a) for a in (origins, directions, t_min, t_max, times)):
             raise InputError("rays are real numbers, not complex ones")
         # Kernels are compiled for writable C arrays; a read-only one would compile them anew.
         origins = np.require(origins, np.float64, ["C", "W"])
@@ -96,19 +127,28 @@ class Rays:
             raise InputError(
                 f"{zero.sum()} rays have the direction zero, the first is ray {zero.argmax()}"
             )
-        try:
-            t_max = np.array(np.broadcast_to(t_max, count), dtype=np.float64)
-        except ValueError:
-            raise InputError(f"t_max must have one value per ray ({count})") from None
+        t_max = column("t_max", t_max, np.float64, count)
         if not (t_max >= 0).all():
             raise InputError("t_max of a ray must not be negative or NaN")
+        t_min = column("t_min", t_min, np.float64, count)
+        if not ((t_min >= 0) & (t_min <= t_max) & (t_min < np.inf)).all():
+            raise InputError("t_min of a ray must be finite, at least 0 and at most its t_max")
+        times = column("time", times, np.float64, count)
+        if not ((times >= 0) & (times <= 1)).all():
+            raise InputError("the time of a ray must be between 0 and 1")
         with np.errstate(divide="ignore", over="ignore"):
             inverse = 1.0 / directions
+        classes = column("class", classes, np.uint8, count)
+        if int(classes.max()) >= len(class_names):
+            raise InputError(f"rays are of class {classes.max()}, which has no name")
         return cls(
-            origins, directions, inverse, t_max,
-            np.array(np.broadcast_to(queries, count), dtype=np.uint8),
-            np.array(np.broadcast_to(classes, count), dtype=np.uint8),
-            class_names,
+            origins, directions, inverse, t_min, t_max, column("query", queries, np.uint8, count),
+            classes, class_names,
+            column("source", sources, np.int32, count),
+            column("target", targets, np.int32, count),
+            times,
+            column("mask", masks, np.uint8, count),
+            column("pixel", pixels, np.int32, count),
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -116,14 +156,37 @@ class Rays:
 
     def arrays(self) -> RayArrays:
         """Return what the kernels need."""
-        return RayArrays(self.origins, self.directions, self.inverse, self.t_max, self.queries)
+        return RayArrays(
+            self.origins, self.directions, self.inverse, self.t_min, self.t_max, self.queries,
+            self.times, self.masks,
+        )  # fmt: skip
 
     def select(self, which: np.ndarray) -> Rays:
         """Return the rays at the indices `which`, or where the mask `which` is True."""
         return Rays(
             self.origins[which], self.directions[which], self.inverse[which],
-            self.t_max[which], self.queries[which], self.classes[which], self.class_names,
+            self.t_min[which], self.t_max[which], self.queries[which],
+            self.classes[which], self.class_names, self.sources[which], self.targets[which],
+            self.times[which], self.masks[which], self.pixels[which],
         )  # fmt: skip
+
+
+def column(name: str, values: np.ndarray | float, dtype: type, count: int) -> np.ndarray:
+    """Return a column of a batch, (count,) of a type, from one value or one for each ray.
+
+    Raises
+    ------
+    InputError
+        If there are as many values as neither, or the type does not hold one of them.
+    """
+    given = np.asarray(values)
+    if given.shape not in ((), (1,), (count,)):
+        raise InputError(f"{name} must have one value per ray ({count})")
+    with np.errstate(invalid="ignore"):
+        held: np.ndarray = given.astype(dtype)
+    if np.issubdtype(dtype, np.integer) and (held != given).any():
+        raise InputError(f"{name} of a ray must be a whole number that fits into {held.dtype}")
+    return np.array(np.broadcast_to(held, count))
 
 
 class RayArrays(NamedTuple):
@@ -132,8 +195,11 @@ class RayArrays(NamedTuple):
     origins: np.ndarray
     directions: np.ndarray
     inverse: np.ndarray
+    t_min: np.ndarray
     t_max: np.ndarray
     queries: np.ndarray
+    times: np.ndarray
+    masks: np.ndarray
 
 
 class Ray(NamedTuple):
@@ -168,30 +234,48 @@ class Ray(NamedTuple):
     shear_x: float
     shear_y: float
     shear_z: float
+    t_min: float
     t_max: float
     query: int
+    time: float
+    mask: int
 
 
 @inner
 def make_ray(rays, index, reach):
     """Return ray number `index` of the batch; `reach` is the scene's largest |coordinate|, (3,)."""
     o, d, inverse = rays.origins[index], rays.directions[index], rays.inverse[index]
-    slack_x = ULPS * (abs(o[0]) + reach[0])
-    slack_y = ULPS * (abs(o[1]) + reach[1])
-    slack_z = ULPS * (abs(o[2]) + reach[2])
+    return ray_along(
+        o[0], o[1], o[2], d[0], d[1], d[2], inverse[0], inverse[1], inverse[2], reach,
+        rays.t_min[index], rays.t_max[index], rays.queries[index], rays.times[index],
+        rays.masks[index],
+    )  # fmt: skip
+
+
+@inlined
+def ray_along(ox, oy, oz, dx, dy, dz, ix, iy, iz, reach, t_min, t_max, query, time, mask):
+    """Return a ray from its origin, its direction and the inverse of that, with all that follows.
+
+    Parameters
+    ----------
+    reach : (3,) float64
+        The largest |coordinate| of what it may hit.
+    """
+    slack_x = ULPS * (abs(ox) + reach[0])
+    slack_y = ULPS * (abs(oy) + reach[1])
+    slack_z = ULPS * (abs(oz) + reach[2])
     # The triangle test looks along the axis of the largest component of d.
-    kz = 0
-    if abs(d[1]) > abs(d[kz]):
-        kz = 1
-    if abs(d[2]) > abs(d[kz]):
-        kz = 2
-    kx = (kz + 1) % 3
-    ky = (kx + 1) % 3
+    kx, ky, kz = np.uint64(1), np.uint64(2), np.uint64(0)
+    okx, oky, okz, dkx, dky, dkz = oy, oz, ox, dy, dz, dx
+    if abs(dy) > abs(dkz):
+        kx, ky, kz = np.uint64(2), np.uint64(0), np.uint64(1)
+        okx, oky, okz, dkx, dky, dkz = oz, ox, oy, dz, dx, dy
+    if abs(dz) > abs(dkz):
+        kx, ky, kz = np.uint64(0), np.uint64(1), np.uint64(2)
+        okx, oky, okz, dkx, dky, dkz = ox, oy, oz, dx, dy, dz
     return Ray(
-        o[0], o[1], o[2], d[0], d[1], d[2], inverse[0], inverse[1], inverse[2],
-        o[0] + slack_x, o[1] + slack_y, o[2] + slack_z,
-        o[0] - slack_x, o[1] - slack_y, o[2] - slack_z,
-        np.uint64(kx), np.uint64(ky), np.uint64(kz), o[kx], o[ky], o[kz],
-        d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz],
-        rays.t_max[index], rays.queries[index],
+        ox, oy, oz, dx, dy, dz, ix, iy, iz,
+        ox + slack_x, oy + slack_y, oz + slack_z, ox - slack_x, oy - slack_y, oz - slack_z,
+        kx, ky, kz, okx, oky, okz, dkx / dkz, dky / dkz, 1.0 / dkz,
+        t_min, t_max, query, time, mask,
     )  # fmt: skip

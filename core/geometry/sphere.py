@@ -302,5 +302,5 @@ def span_sphere(volumes, index, ray, strips, limit):
         return MISS, 0.0
     half = math.sqrt(rest)
     t_enter, t_leave = (closest - half) * strips[1, 0], (closest + half) * strips[1, 0]
-    t_enter = t_enter if t_enter > 0.0 else 0.0
+    t_enter = t_enter if t_enter > ray.t_min else ray.t_min
     return t_enter, t_leave if t_leave < limit else limit

@@ -14,14 +14,17 @@ S. Woop, C. Benthin, I. Wald: Watertight Ray/Triangle Intersection, JCGT 2(1), 2
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import call, inlined, inner, kernel
+from ..kernels import call, implements, inlined, inner, kernel
 from ..parallel import Team
 from ..progress import SILENT
-from ..scene import Scene
+from .box import boxes_of
+from .clip import clip, fit
+from .geometry import boxes_around, clip_box, hulls_of, in_order, intersect, joined, overlaps
 
 NO_HIT = np.inf
 
@@ -62,19 +65,49 @@ class Triangles(NamedTuple):
     reach: np.ndarray
 
 
-def triangles_of(scene: Scene, order: np.ndarray | None = None) -> Triangles:
-    """Return the scene's triangles for kernels, in scene order or permuted by `order`."""
-    order = np.arange(len(scene)) if order is None else order
+def all_triangles(corners: np.ndarray) -> Triangles:
+    """Return triangles, (n, 3, 3), as a geometry, in the order in which they are."""
+    lower, upper = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    ids = np.arange(len(corners), dtype=np.int32)
+    return Triangles(corners, ids, reach_of(lower, upper))
+
+
+def reach_of(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Return the reach, (3,), of what lies in a box."""
+    reach = np.maximum(np.abs(lower), np.abs(upper))
+    reach[(upper > lower) & (reach < THIN * reach.max())] = 0.5 * reach.max()
+    return reach
+
+
+@in_order.register
+def _(geometry: Triangles, order: np.ndarray) -> Triangles:
     order = order.astype(np.int32, copy=False)
     corners = np.empty((len(order), 3, 3))
     with Team(SILENT, "Copying triangles") as team:
         team.run(
-            lambda first, last: call(copy_triangles, scene.triangles, order, corners, first, last),
+            lambda first, last: call(copy_triangles, geometry.corners, order, corners, first, last),
             len(order),
         )
-    reach = np.maximum(np.abs(scene.lower), np.abs(scene.upper))
-    reach[(scene.upper > scene.lower) & (reach < THIN * reach.max())] = 0.5 * reach.max()
-    return Triangles(corners, order, reach)
+    return Triangles(corners, order, geometry.reach)
+
+
+@joined.register
+def _(first: Triangles, others: Sequence[Triangles]) -> Triangles:
+    parts = [first, *others]
+    return Triangles(
+        np.concatenate([part.corners for part in parts]),
+        np.concatenate([part.ids for part in parts]), np.maximum.reduce([p.reach for p in parts]),
+    )  # fmt: skip
+
+
+@boxes_around.register
+def _(geometry: Triangles) -> np.ndarray:
+    return boxes_of(geometry.corners)
+
+
+@hulls_of.register
+def _(geometry: Triangles) -> tuple[np.ndarray, np.ndarray]:
+    return geometry.corners, np.arange(len(geometry.corners) + 1)
 
 
 @kernel
@@ -96,13 +129,23 @@ def copy_triangles(corners, order, out, first, last):
                 copy[1, axis] = copy[2, axis] = copy[0, axis]
 
 
+@implements(intersect, Triangles, inline=True)
+def intersect_one(geometry, index, ray, limit, number, workspace, log):
+    """Return t of one of the triangles, and its id."""
+    t = intersect_triangle(geometry.corners, index, ray, geometry.reach)
+    return t, np.int64(geometry.ids[index])
+
+
 @inlined
-def intersect(triangles, index, ray):
+def intersect_triangle(corners, index, ray, reach):
     """Return the t at which the ray hits triangle `index`, or NO_HIT.
 
     Edges and corners belong to the triangle; zero-area triangles are never hit.
+
+    Parameters
+    ----------
+    corners : (n, 3 or more, 3) float64
     """
-    corners = triangles.corners
     # Corners relative to the origin, sheared onto the ray's axis.
     az = corners[index, 0, ray.kz] - ray.okz
     bz = corners[index, 1, ray.kz] - ray.okz
@@ -127,24 +170,27 @@ def intersect(triangles, index, ray):
     # Directions may be so long or short that only the quotient is in the range of numbers.
     t = t / determinant if FAINT < abs(t) < VAST else ray.shear_z * (along / determinant)
     # U, V, W are weights of the corners. Do they lead to the ray?
-    slack_x = EDGE_ON * (abs(ray.okx) + triangles.reach[ray.kx])
-    slack_y = EDGE_ON * (abs(ray.oky) + triangles.reach[ray.ky])
+    slack_x = EDGE_ON * (abs(ray.okx) + reach[ray.kx])
+    slack_y = EDGE_ON * (abs(ray.oky) + reach[ray.ky])
     off_x, off_y = abs(u * ax + v * bx + w * cx), abs(u * ay + v * by + w * cy)
     size = abs(determinant)
     if off_x > slack_x * size or off_y > slack_y * size or size < FAINT:
-        sheared = EDGE_ON * (abs(ray.okz) + triangles.reach[ray.kz])
+        sheared = EDGE_ON * (abs(ray.okz) + reach[ray.kz])
         sheared_x, sheared_y = sheared * abs(ray.shear_x), sheared * abs(ray.shear_y)
-        t = ray.shear_z * intersect_edge_on(
-            ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sheared_x, sheared_y, ray.shear_z
-        )
-    if not (t >= 0.0):
+        start = ray.t_min / ray.shear_z
+        z = intersect_edge_on(
+            ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sheared_x, sheared_y,
+            ray.shear_z, start,
+        )  # fmt: skip
+        t = ray.t_min if z == start else ray.shear_z * z
+    if not (t >= ray.t_min):
         return NO_HIT
     return clamp_to_own_box(corners, index, ray, t)
 
 
 @inner
 def intersect_edge_on(
-    ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sheared_x, sheared_y, sign
+    ax, ay, az, bx, by, bz, cx, cy, cz, slack_x, slack_y, sheared_x, sheared_y, sign, start
 ):
     """Return the z at which the ray meets a triangle seen nearly edge-on; NaN if it does not.
 
@@ -163,6 +209,8 @@ def intersect_edge_on(
         How much further off U, V and W may lead, since corners were sheared along z.
     sign : float
         Positive if the ray runs towards positive z.
+    start : float
+        The z at which the ray begins.
     """
     longest_x, longest_y, slope_x, slope_y = 0.0, 0.0, 0.0, 0.0
     for _ in range(3):
@@ -209,8 +257,8 @@ def intersect_edge_on(
     if low > high:
         return np.nan
     # A ray that starts in between is there at once.
-    if low <= 0.0 <= high:
-        return 0.0
+    if low <= larger * start <= high:
+        return start
     return (low if sign > 0.0 else high) / larger
 
 
@@ -221,7 +269,7 @@ def clamp_to_own_box(corners, index, ray, t):
     For a triangle seen edge-on, t is mostly rounding error. Clamped, it lies where the triangle
     is, and inside the interval of every box around the triangle: see "Slack" in :mod:`.rays`.
     """
-    enter, leave = 0.0, np.inf
+    enter, leave = ray.t_min, np.inf
     for axis in range(3):
         p, q, r = corners[index, 0, axis], corners[index, 1, axis], corners[index, 2, axis]
         # Not min() and max(): Numba compiles a function for each number of arguments.
@@ -309,3 +357,16 @@ def overlaps_box(corners, index, box):
         ):
             return False
     return True
+
+
+@implements(overlaps, Triangles)
+def overlaps_one(geometry, index, box):
+    """Compare the triangle itself."""
+    return overlaps_box(geometry.corners, index, box)
+
+
+@implements(clip_box, Triangles)
+def clip_one(geometry, index, cell, box, polygon):
+    """Fit the box to the polygon that is left of the triangle."""
+    first, end = clip(geometry.corners, index, cell, polygon)
+    fit(box, polygon, first, end)

@@ -102,7 +102,7 @@ def morton_curve(bvh: BVH, log: BuildLog) -> Exhibit:
 
     @Once
     def along_curve(progress: Progress) -> Sorted:
-        boxes = boxes_of(bvh.scene.triangles)
+        boxes = bvh.scene.boxes()
         with Team(progress, "Sorting along the curve") as team:
             codes, order = sort_by_code(boxes, bits, team)
         boxes = boxes[order]
@@ -179,7 +179,7 @@ def levels_of(bvh: BVH, log: BuildLog, order: np.ndarray, levels: int) -> list[L
         ids[begin[log.leaves]] = bvh.triangles.ids
     place = np.empty(len(ids), np.int64)
     place[ids] = np.arange(len(ids))
-    boxes, places = boxes_of(bvh.scene.triangles)[ids], place[order]
+    boxes, places = bvh.scene.boxes()[ids], place[order]
     found = []
     for first in begins[:levels]:
         ends = np.append(first[1:], len(ids))
@@ -238,7 +238,7 @@ def radix_sort(bvh: BVH) -> Exhibit:
     @Once
     def states(progress: Progress) -> list[np.ndarray]:
         with Team(progress, "Sorting") as team:
-            codes = codes_of(boxes_of(bvh.scene.triangles), bits, team)
+            codes = codes_of(bvh.scene.boxes(), bits, team)
             return [codes[::step].copy()] + [
                 now[::step].copy() for now, _ in passes(codes, bits, team)
             ]
@@ -281,7 +281,7 @@ def radix_2_split(bvh: BVH) -> Exhibit:
     @Once
     def codes(progress: Progress) -> np.ndarray:
         with Team(progress, "Computing codes") as team:
-            return codes_of(boxes_of(bvh.scene.triangles), bits, team)[::step]
+            return codes_of(bvh.scene.boxes(), bits, team)[::step]
 
     def frame(bit: int, progress: Progress = SILENT) -> Frame:
         now = codes(progress)

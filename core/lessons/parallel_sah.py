@@ -246,7 +246,7 @@ def min_reduction(bvh: BVH, log: BuildLog) -> Exhibit:
         """Return planes and costs of the candidates, and who is left after each step."""
         progress.report(0, 1, "Looking at all candidates")
         make_rule, order = data_parallel_rules(
-            Primitives(scene.triangles, boxes_of(scene.triangles)), settings
+            Primitives(scene.geometry, scene.boxes()), settings
         )
         rule = make_rule()
         progress.report(0, 1, "Looking at all candidates")

@@ -44,7 +44,7 @@ def split_planes(structure: BVH) -> Exhibit:
     costs = settings.C_trav, settings.C_isect
     cases: list[Case] = []
     if is_worked_example(len(scene), box):
-        cases = cases_of(boxes_of(scene.triangles), box)
+        cases = cases_of(scene.boxes(), box)
     places = [
         (axis, float(box[axis] + share * (box[3 + axis] - box[axis])))
         for axis in range(3)
@@ -55,7 +55,7 @@ def split_planes(structure: BVH) -> Exhibit:
     middles = tuple(range((settings.bins - 1) // 2, len(places), settings.bins - 1))
 
     def sorting(axis: int) -> Once[SortedAxis]:
-        return Once(lambda progress: sort_along(boxes_of(scene.triangles), axis, progress))
+        return Once(lambda progress: sort_along(scene.boxes(), axis, progress))
 
     axes = [sorting(axis) for axis in range(3)]
 

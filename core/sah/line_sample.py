@@ -153,6 +153,6 @@ def sample_of(
 def volume_hits(rays: Rays, structure: Structure, volumes: Any) -> np.ndarray:
     """Return which lines hit the first of `volumes`, (n,) bool."""
     t = np.empty(len(rays))
-    reach, strips = structure.triangles.reach, np.empty((MOST_STRIPS, 3))
+    reach, strips = structure.geometry.reach, np.empty((MOST_STRIPS, 3))
     call(enter_lines, volumes, 1, rays.arrays(), reach, strips, t)
     return t != MISS

@@ -275,7 +275,7 @@ def found_with_regions(best, visited, empty, skipped):
 
 
 @implements(walk, MacroGridArrays)
-def walk_macro_grid(structure, triangles, ray, number, workspace, log):
+def walk_macro_grid(structure, geometry, ray, number, workspace, log):
     """Step from region to region; a cell with triangles is a region of its own."""
     best, visited, empty, skipped = NOTHING, 0, 0, 0
 
@@ -284,7 +284,7 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
     if t == MISS:
         return found_with_regions(best, visited, empty, skipped)
     if is_broad(structure, ray):
-        best, visited, empty = walk_broad(structure, triangles, ray, number, workspace, log, t)
+        best, visited, empty = walk_broad(structure, geometry, ray, number, workspace, log, t)
         return found_with_regions(best, visited, empty, skipped)
 
     octant = 0
@@ -306,7 +306,7 @@ def walk_macro_grid(structure, triangles, ray, number, workspace, log):
             t_exit = min(place.wall_x, place.wall_y, place.wall_z)
             note(log, VISIT_LEAF, cell, -1, t, t_exit)
             best = test_cell(
-                structure, triangles, ray, number, workspace, log, cell, t, t_exit, best
+                structure, geometry, ray, number, workspace, log, cell, t, t_exit, best
             )
             t_last = end_of_walk(ray, best)
             if t_exit > t_last:
@@ -373,10 +373,10 @@ class MacroGrid(Grid):
     ) -> MacroGrid:
         """Fill the cells of the grid, then measure their distances."""
         assert isinstance(settings, MacroGridSettings)
-        grid, triangles = cls.fill(scene, settings, progress)
+        grid, items = cls.fill(scene, settings, progress)
         is_occupied = grid.offsets[1:] > grid.offsets[:-1]
         distances = measure_distances(is_occupied, grid.resolution, settings.regions, progress)
-        return cls(scene, settings, MacroGridArrays(*grid, distances), triangles)
+        return cls(scene, settings, MacroGridArrays(*grid, distances), items)
 
     def cells(self, progress: Progress = SILENT) -> Cells:
         """Return all cells, with their distance; of the directed regions with each octant's too.

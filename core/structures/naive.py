@@ -18,7 +18,6 @@ from ..contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ..contract.statistics import Statistics
 from ..contract.structure import Found, Structure, intersection_cost, traversal_cost, walk
 from ..geometry.box_shape import surface_area
-from ..geometry.triangle import Triangles, triangles_of
 from ..kernels import implements
 from ..progress import SILENT, Progress
 from ..scene import Scene
@@ -39,12 +38,12 @@ class NaiveArrays(NamedTuple):
 
 
 @implements(walk, NaiveArrays)
-def walk_naive(structure, triangles, ray, number, workspace, log):
+def walk_naive(structure, geometry, ray, number, workspace, log):
     """Test every triangle; the scene is one leaf."""
-    note(log, VISIT_LEAF, 0, NONE, 0.0, ray.t_max)
+    note(log, VISIT_LEAF, 0, NONE, ray.t_min, ray.t_max)
     best = test_leaf(
-        triangles, None, False, 0, len(triangles.ids), ray, number, workspace, log,
-        0, 0.0, EVERYWHERE, True, NOTHING,
+        geometry, None, False, 0, len(geometry.ids), ray, number, workspace, log,
+        0, ray.t_min, EVERYWHERE, True, NOTHING,
     )  # fmt: skip
     return Found(best.t, best.primitive, (1, 1, best.tests))
 
@@ -60,7 +59,6 @@ class Naive(Structure):
     FIGURES = *OF_CELLS, *COST_OF_CELLS
 
     arrays: NaiveArrays
-    triangles: Triangles
 
     @classmethod
     def build(
@@ -74,7 +72,7 @@ class Naive(Structure):
         """Wrap the scene; there is nothing to build."""
         cls.refuse_too_large(scene, settings)
         box = np.concatenate([scene.lower, scene.upper])[None]
-        return cls(scene, settings, NaiveArrays(box), triangles_of(scene))
+        return cls(scene, settings, NaiveArrays(box), scene.items())
 
     def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the one cell, the scene's box."""

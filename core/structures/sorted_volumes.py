@@ -30,9 +30,9 @@ from ..contract.statistics import Statistics
 from ..contract.structure import Found, Structure, intersection_cost, traversal_cost, walk
 from ..contract.workspace import Workspace, make_workspace
 from ..geometry.box_shape import surface_area
+from ..geometry.geometry import hulls_of
 from ..geometry.kinds import COMBINED, KINDS
 from ..geometry.rays import ALL, ANY
-from ..geometry.triangle import triangles_of
 from ..geometry.volume import MISS, enter, prepare
 from ..kernels import implements, inner
 from ..progress import SILENT, Progress
@@ -113,7 +113,7 @@ def remove_first(cells, enters, size):
 
 
 @implements(walk, VolumeList)
-def walk_sorted(structure, triangles, ray, number, workspace, log):
+def walk_sorted(structure, geometry, ray, number, workspace, log):
     """Test all volumes, then objects in the order in which the ray enters them.
 
     A volume entered exactly at the hit is still looked into: of equal t the lowest triangle wins.
@@ -136,7 +136,7 @@ def walk_sorted(structure, triangles, ray, number, workspace, log):
         objects += 1
         note(log, VISIT_LEAF, cell, NONE, enters[0], limit)
         best = test_leaf(
-            triangles, None, False, offsets[cell], offsets[cell + 1], ray, number, workspace, log,
+            geometry, None, False, offsets[cell], offsets[cell + 1], ray, number, workspace, log,
             cell, enters[0], EVERYWHERE, True, best,
         )  # fmt: skip
         if ray.query != ALL and best.primitive >= 0:
@@ -181,9 +181,11 @@ class SortedVolumes(Structure):
         """Put the triangles of an object together and a volume around them."""
         cls.refuse_too_large(scene, settings)
         order, offsets = objects_of(scene, settings.parts, progress)
-        triangles = triangles_of(scene, order)
-        volumes = fit_all(settings.volume, triangles.corners, offsets[:-1], offsets[1:], progress)
-        return cls(scene, settings, VolumeList(volumes, offsets), triangles)
+        items = scene.items(order)
+        corners, places = hulls_of(items)
+        ends = places[offsets]
+        volumes = fit_all(settings.volume, corners, ends[:-1], ends[1:], progress)
+        return cls(scene, settings, VolumeList(volumes, offsets), items)
 
     def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the volumes of all objects; a cell's number is its object."""
@@ -207,14 +209,14 @@ class SortedVolumes(Structure):
     def validate(self) -> list[str]:
         """Check that objects partition the triangles and that volumes contain theirs."""
         violations = []
-        offsets, ids = self.arrays.offsets, self.triangles.ids
+        offsets, ids = self.arrays.offsets, self.geometry.ids
         if offsets[0] != 0 or offsets[-1] != len(ids) or (np.diff(offsets) < 1).any():
             return ["the objects do not partition the triangles"]
         if not np.array_equal(np.sort(ids), np.arange(len(self.scene))):
             violations.append("the order of the triangles is not a permutation")
-        outsiders = sticking_out(
-            self.arrays.volumes, self.triangles.corners, offsets[:-1], offsets[1:]
-        )
+        corners, places = hulls_of(self.geometry)
+        ends = places[offsets]
+        outsiders = sticking_out(self.arrays.volumes, corners, ends[:-1], ends[1:])
         if len(outsiders):
             violations.append(f"triangles stick out of {len(outsiders)} volumes")
         return violations
@@ -238,7 +240,9 @@ def objects_of(scene: Scene, parts: int, progress: Progress) -> tuple[np.ndarray
     Cancelled
         From `progress`.
     """
-    centroids = scene.triangles.mean(axis=1)
+    corners, places = hulls_of(scene.geometry)
+    sums = np.add.reduceat(corners.mean(axis=1), places[:-1])
+    centroids = sums / np.diff(places)[:, None]
     order = np.argsort(scene.object_ids, kind="stable")
     offsets = np.flatnonzero(np.diff(scene.object_ids[order], prepend=-1, append=-1))
     ranges = [(-(end - begin), begin) for begin, end in itertools.pairwise(offsets.tolist())]

@@ -34,7 +34,6 @@ from ..contract.structure import Found, Structure, intersection_cost, traversal_
 from ..geometry.box import Boxes, boxes_of
 from ..geometry.box_shape import surface_area
 from ..geometry.rays import ANY
-from ..geometry.triangle import triangles_of
 from ..geometry.volume import MISS, enter, prepare
 from ..kernels import implements
 from ..settings import setting
@@ -57,7 +56,7 @@ class HalvesArrays(NamedTuple):
 
 
 @implements(walk, HalvesArrays)
-def walk_halves(structure, triangles, ray, number, workspace, log):
+def walk_halves(structure, geometry, ray, number, workspace, log):
     """Test both boxes, then the halves that are hit."""
     best, entered = NOTHING, 0
     prepare(structure.volumes, ray, workspace.frame)
@@ -69,7 +68,7 @@ def walk_halves(structure, triangles, ray, number, workspace, log):
             note(log, VISIT_LEAF, half, NONE, t, t)
             first, last = structure.offsets[half], structure.offsets[half + 1]
             best = test_leaf(
-                triangles, None, False, first, last, ray, number, workspace, log, half, t,
+                geometry, None, False, first, last, ray, number, workspace, log, half, t,
                 EVERYWHERE, False, best,
             )
     return Found(best.t, best.primitive, (entered, entered, best.tests, 2))
@@ -99,7 +98,7 @@ class Halves(Structure):
             for part in (boxes[:cut], boxes[cut:])
         ]
         arrays = HalvesArrays(Boxes(np.array(rows)), np.array([0, cut, len(order)]))
-        return cls(scene, settings, arrays, triangles_of(scene, order.astype(np.int32)))
+        return cls(scene, settings, arrays, scene.items(order))
 
     def cells(self, progress=None):
         """Return both boxes."""

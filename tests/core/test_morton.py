@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from accelscope.core.contract.workspace import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
+from accelscope.core.geometry.triangle import all_triangles
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene import Scene
@@ -30,7 +31,7 @@ def team():
 
 def grouping_of(builder, triangles, **changes):
     settings = dataclasses.replace(BVHSettings(), **changes)
-    primitives = Primitives(triangles, boxes_of(triangles))
+    primitives = Primitives(all_triangles(triangles), boxes_of(triangles))
     return BUILDERS[builder].build(primitives, settings, SILENT)
 
 
@@ -349,7 +350,7 @@ class CancelAt(Progress):
 def test_a_build_stops_at_any_report(builder, monkeypatch):
     monkeypatch.setattr(lbvh, "SUBTREE", 64)
     triangles = make_sample("suzanne:subdivisions=0").triangles
-    primitives = Primitives(triangles, boxes_of(triangles))
+    primitives = Primitives(all_triangles(triangles), boxes_of(triangles))
     settings = dataclasses.replace(BVHSettings(), builder=builder)
     threads = set(threading.enumerate())
     stopped = 0

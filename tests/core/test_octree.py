@@ -11,7 +11,6 @@ from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.rays import ALL, Rays
-from accelscope.core.geometry.triangle import triangles_of
 from accelscope.core.scene import Scene
 from accelscope.core.structures.octree.storage import (
     STORAGES,
@@ -495,4 +494,4 @@ def test_implicit_storage_refuses_what_does_not_fit(build):
 
 def test_arrays_are_those_of_the_scene(build):
     scene = make_sample("tetra:size=3")
-    assert np.array_equal(build("octree", scene).triangles.corners, triangles_of(scene).corners)
+    assert np.array_equal(build("octree", scene).triangles.corners, scene.items().corners)

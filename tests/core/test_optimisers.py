@@ -138,7 +138,7 @@ def poor_tree(scene):
 
 def good_tree(scene):
     grouping = binned_sah.build_binned_sah(
-        Primitives(scene.triangles, boxes_of(scene.triangles)), SETTINGS, SILENT
+        Primitives(scene.geometry, scene.boxes()), SETTINGS, SILENT
     )
     return linked(grouping.tree)
 

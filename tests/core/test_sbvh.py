@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
+from accelscope.core.geometry.triangle import all_triangles
 from accelscope.core.kernels import kernel
 from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import SILENT
@@ -66,7 +67,9 @@ def thicket(n=300):
 
 def grouped(corners, builder=sbvh, **changes):
     settings = dataclasses.replace(BVHSettings(builder="sbvh"), **changes)
-    return builder.BUILDER.build(Primitives(corners, boxes_of(corners)), settings, SILENT)
+    return builder.BUILDER.build(
+        Primitives(all_triangles(corners), boxes_of(corners)), settings, SILENT
+    )
 
 
 def references_of(corners, room):

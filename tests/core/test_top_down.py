@@ -319,7 +319,7 @@ def test_selection_puts_the_wanted_triangle_into_its_place():
 
 
 def levels_over(scene, settings):
-    primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
+    primitives = Primitives(scene.geometry, scene.boxes())
     make_rule, _ = data_parallel_rules(primitives, settings)
     tree, splits = room_for(len(scene), False)
     return tree, list(parallel_sah.levels_of(make_rule, len(scene), tree, splits, SILENT))
@@ -369,7 +369,7 @@ def trees_equal(one, two):
 
 
 def grouped(scene, settings):
-    primitives = Primitives(scene.triangles.copy(), boxes_of(scene.triangles))
+    primitives = Primitives(scene.geometry, scene.boxes())
     return BUILDERS[settings.builder].build(primitives, settings, SILENT, log=True)
 
 
@@ -480,7 +480,7 @@ def test_builders_can_be_stopped_and_say_how_far_they_are(builder):
                 raise Cancelled
 
     full = Stop(np.inf)
-    primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
+    primitives = Primitives(scene.geometry, scene.boxes())
     BUILDERS[builder].build(primitives, settings, full)
     assert full.seen == sorted(full.seen)
     assert (full.seen[0], full.seen[-1]) == (0, len(scene))

@@ -7,6 +7,7 @@ import pytest
 from accelscope.core.contract.workspace import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
+from accelscope.core.geometry.triangle import all_triangles
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh import BVHSettings
 from accelscope.core.structures.bvh.builders import BUILDERS
@@ -33,7 +34,7 @@ def grouping_of(text, **changes):
     corners = make_sample(text).triangles
     settings = dataclasses.replace(BVHSettings(), max_leaf_size=1, **changes)
     build = BUILDERS[settings.builder].build
-    return build(Primitives(corners, boxes_of(corners)), settings, SILENT)
+    return build(Primitives(all_triangles(corners), boxes_of(corners)), settings, SILENT)
 
 
 def check(tree, order, boxes):

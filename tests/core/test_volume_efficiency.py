@@ -10,7 +10,6 @@ from accelscope.core.evaluation.records.efficiency import (
 )
 from accelscope.core.evaluation.records.timing import time_of_object, time_of_volume
 from accelscope.core.geometry.kinds import KINDS
-from accelscope.core.geometry.triangle import triangles_of
 from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import SILENT
 from accelscope.core.sah.line_sample import (
@@ -100,7 +99,7 @@ def test_times_are_positive_and_grow_with_the_object(lab):
     small = lab.make_sample("tetra:size=1")
     large = Scene.from_triangles(np.tile(small.triangles, (500, 1, 1)), "large")
     rays = random_lines_through(Ball(np.zeros(3), 3.0), 2000, 1).arrays()
-    few, many = (time_of_object(triangles_of(scene), rays) for scene in (small, large))
+    few, many = (time_of_object(scene.items(), rays) for scene in (small, large))
     # 4 and 2000 triangles; no more is claimed, since machines are disturbed.
     assert 0.0 < few < many
     assert 0.0 < time_of_volume("aabb", small.triangles, rays, np.ones(3)) < many

@@ -22,7 +22,7 @@ BELOW = {
     "panels": {"operators", "addon", "core", "sample_scenes"},
 }
 # The rooms of the core from the ground up; the ground itself are the modules beside them.
-ROOMS = "geometry", "files", "contract", "structures", "sah", "lessons", "evaluation"
+ROOMS = "geometry", "scene", "files", "contract", "structures", "sah", "lessons", "evaluation"
 
 # Blender's own modules, which the core must do without.
 BLENDER = {"bpy", "bmesh", "mathutils", "gpu", "gpu_extras", "bpy_extras", "blf", "bl_ext"}

@@ -25,7 +25,6 @@ import numpy as np
 from ...geometry.combined import is_polyhedral
 from ...geometry.hull import hull_area
 from ...geometry.sphere import Spheres
-from ...geometry.triangle import triangles_of
 from ...kernels import announcing
 from ...progress import SILENT, Progress
 from ...sah.line_sample import Ball, parallel_lines_through, random_lines_through, sample_of
@@ -84,14 +83,14 @@ class Measurement:
     ) -> None:
         self.scene, self.settings, self.progress = scene, settings, progress
         self.ball = ball = Ball.around(scene.lower, scene.upper, settings.spread)
+        self.hull = hull_area(scene.triangles.reshape(-1, 3))
         self.structure = BVH.build(scene, BVH.Settings(), progress)
-        self.triangles = triangles_of(scene)
+        self.triangles = scene.items()
         self.rays = random_lines_through(ball, settings.lines, settings.seed)
         self.views = {
             name: parallel_lines_through(ball, np.asarray(direction, float), settings.lines)
             for name, direction in (directions or DIRECTIONS).items()
         }
-        self.hull = hull_area(scene.triangles.reshape(-1, 3))
         progress.report(0, 1, "Timing the object")
         self.I = time_of_object(self.triangles, self.rays.arrays())
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...geometry.rays import RayArrays, make_ray
-from ...geometry.triangle import Triangles, intersect
+from ...geometry.triangle import Triangles, intersect_triangle
 from ...geometry.volume import MOST_STRIPS
 from ...kernels import call, kernel
 from ...progress import SILENT
@@ -50,7 +50,7 @@ def meet_triangles(triangles, rays, count):
         total += use(ray)
         best = np.inf
         for k in range(len(triangles.ids)):
-            t = intersect(triangles, k, ray)
+            t = intersect_triangle(triangles.corners, k, ray, triangles.reach)
             best = t if t < best else best
         if best < total:
             total += best

@@ -24,7 +24,7 @@ from ...contract.build_log import OBLIQUE, SPLIT, BuildLog
 from ...contract.cells import Cells, parents_of
 from ...contract.figures import Figure
 from ...contract.structure import intersection_cost, traversal_cost
-from ...geometry.triangle import Triangles, areas_of, triangles_of
+from ...geometry.triangle import Triangles, areas_of
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
@@ -138,10 +138,10 @@ class Bsp(Subdivision):
         cls, scene: Scene, settings: BspSettings, progress: Progress = SILENT, *, log: bool = False
     ) -> Bsp:
         """Build the tree, then prepare its walk."""
-        refuse_if_too_large(
-            len(scene) * 900, f"a bsp over {len(scene)} triangles", "use a smaller scene"
-        )
-        triangles = triangles_of(scene)
+        refuse_if_too_large(len(scene) * 900, f"a bsp over {scene.counted}", "use a smaller scene")
+        items = scene.items()
+        if not isinstance(items, Triangles):
+            scene.refuse_other_items("bsp divides")
         box = padded_box(scene.lower, scene.upper, settings.padding)
         shell = SHELL * float(np.abs(box).max())
         limits = Limits(
@@ -152,8 +152,8 @@ class Bsp(Subdivision):
             ORDERS[settings.order],
             0,
         )
-        grown = grow_tree(rule_of(settings), limits, triangles, box, shell, progress)
-        return cls(scene, settings, grown, triangles, box, shell, log)
+        grown = grow_tree(rule_of(settings), limits, items, box, shell, progress)
+        return cls(scene, settings, grown, items, box, shell, log)
 
     def with_walk(self, tree: Any) -> None:
         """Set :attr:`arrays` to the tree with the walk of the settings."""

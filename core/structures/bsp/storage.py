@@ -170,7 +170,7 @@ def find_leaf(tree, frame, log, entry, leave):
 
 
 @implements(walk, BspMarch)
-def walk_march(structure, triangles, ray, number, workspace, log):
+def walk_march(structure, geometry, ray, number, workspace, log):
     """Find every leaf from the root."""
     tree = structure.tree
     written = log.written[0]
@@ -189,10 +189,10 @@ def walk_march(structure, triangles, ray, number, workspace, log):
             # The mailbox must not know what this walk has tested.
             log.written[0] = written
             again = Recursive(tree, structure.mailbox)
-            return walk(again, triangles, ray, -2 - number, workspace, log)
+            return walk(again, geometry, ray, -2 - number, workspace, log)
         inner_nodes += depth
         visited = visit_leaf(
-            tree, structure.mailbox, triangles, ray, number, workspace, log,
+            tree, structure.mailbox, geometry, ray, number, workspace, log,
             node, leaf_index(tree, node), entry.t, passage.t, visited,
         )  # fmt: skip
         entry = passage

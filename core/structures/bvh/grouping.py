@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contract.build_log import BuildLog
-from ...geometry.box import boxes_of
+from ...geometry.geometry import boxes_around
 from ...progress import Progress
-from ...scene import Scene
 from ...settings import part_of
 from .builders import BUILDERS
 from .optimisers import OPTIMISERS
@@ -30,9 +29,9 @@ class Collapsed(NamedTuple):
 
 
 def group(
-    scene: Scene, settings: Any, progress: Progress, log: bool
+    geometry: Any, settings: Any, progress: Progress, log: bool
 ) -> tuple[Grouping, Rearrangement | None]:
-    """Group the triangles of a scene as the settings say.
+    """Group the items of a geometry as the settings say.
 
     An optimiser works on single triangles, and leaves are chosen by cost afterwards. Where these
     leaves make the tree dearer than the one that was rearranged, that one stays.
@@ -44,7 +43,7 @@ def group(
         What the optimiser did.
     """
     builder, optimiser = BUILDERS[settings.builder], OPTIMISERS[settings.optimise]
-    primitives = Primitives(scene.triangles, boxes_of(scene.triangles))
+    primitives = Primitives(geometry, boxes_around(geometry))
     own: Any = part_of(settings, builder.Settings)
     if optimiser.optimise is None:
         return builder.build(primitives, own, progress, log), None

@@ -24,7 +24,8 @@ from ...contract.workspace import STACK_SIZE, Workspace, make_workspace
 from ...errors import InputError
 from ...geometry.box import Boxes, boxes_of
 from ...geometry.box_shape import surface_area
-from ...geometry.triangle import Triangles, triangles_of
+from ...geometry.geometry import in_order
+from ...geometry.instances import Instanced
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...ranges import ranges
@@ -32,6 +33,7 @@ from ...scene import Scene
 from .builders import BUILDERS
 from .figures.efficiency import Efficiency, hierarchy_efficiency
 from .figures.overlap import sibling_overlap
+from .forest import instances_of
 from .grouping import group
 from .optimisers.rearranging import Rearrangement
 from .settings import BVHSettings
@@ -76,6 +78,13 @@ FIGURES = (
 
 MOST_SHAPES = 20_000
 """Volumes that are drawn in their shape, if they are not boxes."""
+
+
+def items_of(scene: Scene, order: np.ndarray, settings: Any, progress: Progress) -> Any:
+    """Return a scene's items in an order; the meshes of instances are grouped as it is itself."""
+    if isinstance(scene.geometry, Instanced):
+        return in_order(instances_of(scene.geometry, settings, progress), order)
+    return scene.items(order)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -124,13 +133,13 @@ class BVH(Structure):
         scene: Scene,
         settings: Any,
         arrays: Binary | Wide,
-        triangles: Triangles,
+        geometry: Any,
         *,
         parts: np.ndarray | None = None,
         making: Making | None = None,
         log: Callable[[Any], BuildLog] | None = None,
     ) -> None:
-        super().__init__(scene, settings, arrays, triangles, log)
+        super().__init__(scene, settings, arrays, geometry, log)
         self.parts = parts
         self.making = making
         self._areas: np.ndarray | None = None
@@ -156,8 +165,8 @@ class BVH(Structure):
     ) -> BVH:
         """Group the triangles, rearrange the tree, fit the volumes."""
         cls.refuse_too_large(scene, settings)
-        grouping, rearrangement = group(scene, settings, progress, log)
-        triangles = triangles_of(scene, grouping.order)
+        grouping, rearrangement = group(scene.geometry, settings, progress, log)
+        items = items_of(scene, grouping.order, settings, progress)
         figures = grouping.figures
         tree: Tree | WideTree = grouping.tree
         width = np.full(len(tree.size), 2)
@@ -169,7 +178,7 @@ class BVH(Structure):
             volumes = Boxes(tree.boxes)
         else:
             ranges = ranges_of(tree.first, tree.size, width)
-            pieces = referred(triangles.corners, grouping.parts, *ranges, progress)
+            pieces = referred(items, grouping.parts, *ranges, progress)
             volumes = fit_all(settings.volume, *pieces, progress)
         arrays: Binary | Wide
         if isinstance(tree, WideTree):
@@ -178,9 +187,7 @@ class BVH(Structure):
             arrays = Binary(volumes, tree.first, tree.size)
         making = Making(rearrangement, figures)
         told = functools.partial(log_of, grouping, tree) if log else None
-        return cls(
-            scene, settings, arrays, triangles, parts=grouping.parts, making=making, log=told
-        )
+        return cls(scene, settings, arrays, items, parts=grouping.parts, making=making, log=told)
 
     @property
     def is_refitted(self) -> bool:
@@ -222,14 +229,14 @@ class BVH(Structure):
             scene.primitive_ids, before.primitive_ids
         ):
             raise InputError(
-                f"the tree was built over {len(before)} triangles, now there are {len(scene)}, or "
+                f"the tree was built over {before.counted}, now there are {len(scene)}, or "
                 "others were left out; a refit needs the same ones: build anew"
             )
-        triangles = triangles_of(scene, self.triangles.ids)
+        items = scene.items(self.geometry.ids)
         volumes = refitted_volumes(
-            self.arrays, self.width(), self.settings.volume, triangles, scene.triangles, progress
+            self.arrays, self.width(), self.settings.volume, items, scene.boxes(), progress
         )
-        return BVH(scene, self.settings, self.arrays._replace(volumes=volumes), triangles)
+        return BVH(scene, self.settings, self.arrays._replace(volumes=volumes), items)
 
     def upper_boxes(self, levels: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the boxes of the upper levels, (k, 6), and the depth of each, (k,)."""
@@ -241,7 +248,7 @@ class BVH(Structure):
         self, begin: np.ndarray, end: np.ndarray, progress: Progress = SILENT
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return triangles, and the ranges of them that ranges of references stand for."""
-        return referred(self.triangles.corners, self.parts, begin, end, progress)
+        return referred(self.geometry, self.parts, begin, end, progress)
 
     def reference_boxes(self) -> np.ndarray:
         """Return the boxes of what references stand for, (n_references, 6)."""
@@ -351,7 +358,12 @@ class BVH(Structure):
     def validate(self) -> list[str]:
         """Check that leaves partition the references and that volumes contain what is below."""
         return violations_of(
-            self.arrays, self.width(), self.triangles, self.parts, self.scene.triangles
+            self.arrays,
+            self.width(),
+            self.geometry,
+            self.parts,
+            self.scene.geometry,
+            self.scene.boxes(),
         )
 
 

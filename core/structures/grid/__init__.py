@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -19,9 +19,8 @@ from ...contract.figures import COST_OF_CELLS, OF_CELLS, Figure
 from ...contract.statistics import Statistics
 from ...contract.structure import Structure, intersection_cost, traversal_cost
 from ...errors import InputError
-from ...geometry.box import boxes_of
 from ...geometry.box_shape import surface_area
-from ...geometry.triangle import Triangles, triangles_of
+from ...geometry.triangle import Triangles
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...scene import Scene
@@ -155,7 +154,7 @@ class Grid(Structure):
         if not is_open.any():
             return resolution
         lower, upper = cls._box(scene, settings)
-        terms = reference_terms(scene.triangles, upper - lower, settings.assignment == "exact")
+        terms = reference_terms(scene.geometry, upper - lower, settings.assignment == "exact")
         most = REFERENCES_PER_CELL * max(settings.density, USUAL_DENSITY) * len(scene)
         return lowered(resolution, is_open, terms, most)
 
@@ -189,7 +188,7 @@ class Grid(Structure):
     @classmethod
     def fill(
         cls, scene: Scene, settings: GridSettings, progress: Progress
-    ) -> tuple[GridArrays, Triangles]:
+    ) -> tuple[GridArrays, Any]:
         """Cut the scene's box into cells, and list the triangles in each.
 
         Raises
@@ -202,13 +201,13 @@ class Grid(Structure):
         lower, upper = cls._box(scene, settings)
         resolution = cls._resolution(scene, settings)
         cls._refuse_cells(resolution, settings)
-        triangles = triangles_of(scene)
+        items = scene.items()
         grid = fill_cells(
-            scene, triangles, lower, upper, resolution.astype(np.int64),
+            scene, items, lower, upper, resolution.astype(np.int64),
             is_open=settings.overlap == "open", is_exact=settings.assignment == "exact",
             mailbox=settings.mailbox, progress=progress,
         )  # fmt: skip
-        return grid, triangles
+        return grid, items
 
     @classmethod
     def build(
@@ -251,7 +250,7 @@ class Grid(Structure):
     def validate(self) -> list[str]:
         """Check the lists, and that every cell lists what overlaps it.
 
-        With exact assignment the latter is checked at the triangles' corners only.
+        With exact assignment the latter is checked at the corners of triangles only.
         """
         violations = []
         offsets, references = self.arrays.offsets, self.arrays.references
@@ -273,6 +272,8 @@ class Grid(Structure):
         overlapped = np.prod(high - low + 1, axis=1)
         if self.settings.assignment == "box" and (listed < overlapped).any():
             violations.append("a cell does not list a triangle whose box overlaps it")
+        if not isinstance(self.geometry, Triangles):
+            return violations
         corners = self._cells_of_corners()
         pairs = corners * len(self.scene) + np.arange(len(self.scene))[:, None]
         if not np.isin(pairs, cell_of * len(self.scene) + references).all():
@@ -290,7 +291,7 @@ class Grid(Structure):
 
     def _spans(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the first and last cell per axis that each triangle's box overlaps, (n, 3)."""
-        boxes = boxes_of(self.scene.triangles)
+        boxes = self.scene.boxes()
         box = self.arrays.box[0]
         margin, tolerance = margin_and_tolerance(box[:3], box[3:], self.scene)
         low = np.stack([self._cells_at(a, boxes[:, a] - tolerance[a]) for a in range(3)], axis=1)

@@ -51,7 +51,7 @@ def cells_between(grid, ray, axis, begin, end):
 
 
 @inner
-def walk_broad(grid, triangles, ray, number, workspace, log, t_enter):
+def walk_broad(grid, geometry, ray, number, workspace, log, t_enter):
     """Visit all cells that a broad ray reaches into, layer by layer, from `t_enter` on.
 
     Returns
@@ -93,7 +93,7 @@ def walk_broad(grid, triangles, ray, number, workspace, log, t_enter):
                     continue
                 note(log, VISIT_LEAF, cell, -1, begin, end)
                 best = test_cell(
-                    grid, triangles, ray, number, workspace, log, cell, begin, EVERYWHERE, best
+                    grid, geometry, ray, number, workspace, log, cell, begin, EVERYWHERE, best
                 )
     return best, visited, empty
 

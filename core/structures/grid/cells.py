@@ -9,13 +9,12 @@ is what computing an index by rounding down gives, and what published counts res
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...geometry.box import boxes_of
+from ...geometry.geometry import overlaps
 from ...geometry.rays import ULPS
-from ...geometry.triangle import Triangles, overlaps_box
 from ...kernels import call, inner, kernel
 from ...memory import refuse_if_too_large
 from ...parallel import for_chunks
@@ -93,7 +92,7 @@ def make_walls(
 
 def fill_cells(
     scene: Scene,
-    triangles: Triangles,
+    items: Any,
     lower: np.ndarray,
     upper: np.ndarray,
     resolution: np.ndarray,
@@ -122,7 +121,7 @@ def fill_cells(
     Cancelled
         From `progress`.
     """
-    boxes = boxes_of(scene.triangles)
+    boxes = scene.boxes()
     margin, tolerance = margin_and_tolerance(lower, upper, scene)
     grid = GridArrays(
         np.concatenate([lower, upper])[None], make_walls(lower, upper, margin, resolution),
@@ -135,7 +134,7 @@ def fill_cells(
     def insert_all(fill: bool, cursor: np.ndarray, text: str) -> None:
         def insert_some(first: int, last: int) -> None:
             call(
-                insert, grid, triangles.corners, boxes, first, last, tolerance, margin * is_open,
+                insert, grid, items, boxes, first, last, tolerance, margin * is_open,
                 is_exact, fill, cursor, *scratch,
             )  # fmt: skip
 
@@ -182,7 +181,7 @@ def cell_at(walls, cell_size, count, x):
 
 @kernel
 def insert(
-    grid, corners, boxes, first, last, tolerance, margin, is_exact, fill, cursor, lo, hi, cell_box
+    grid, geometry, boxes, first, last, tolerance, margin, is_exact, fill, cursor, lo, hi, cell_box
 ):
     """Insert the triangles ``first <= n < last`` into every cell they overlap.
 
@@ -209,7 +208,7 @@ def insert(
                             index = i if axis == 0 else j if axis == 1 else k
                             cell_box[axis] = grid.walls[axis, index] - tolerance[axis]
                             cell_box[3 + axis] = grid.walls[axis, index + 1] + tolerance[axis]
-                        if not overlaps_box(corners, n, cell_box):
+                        if not overlaps(geometry, n, cell_box):
                             continue
                     cell = (i * ny + j) * nz + k
                     if fill:

@@ -186,13 +186,13 @@ COUNTERS = N_TS, N_ETS, N_EETS, N_IT, VOLUME_TESTS, MAILBOX_HITS, POSTPONED_HITS
 
 
 @inlined
-def test_cell(grid, triangles, ray, number, workspace, log, cell, t, t_exit, best):
+def test_cell(grid, geometry, ray, number, workspace, log, cell, t, t_exit, best):
     """Test the triangles of a cell that the ray is in from t to `t_exit`.
 
     A hit exactly on the wall where the ray leaves is in the cell.
     """
     return test_leaf(
-        triangles, grid.references, grid.mailbox, grid.offsets[cell], grid.offsets[cell + 1],
+        geometry, grid.references, grid.mailbox, grid.offsets[cell], grid.offsets[cell + 1],
         ray, number, workspace, log, cell, t, np.nextafter(t_exit, np.inf), False, best,
     )  # fmt: skip
 

@@ -18,10 +18,12 @@ A. Woo: Ray Tracing Polygons Using Spatial Subdivision, Graphics Interface 1992.
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 
-from ...geometry.box import boxes_of
+from ...geometry.geometry import boxes_around
+from ...geometry.triangle import Triangles
 
 REFERENCES_PER_CELL, USUAL_DENSITY = 20, 3.0
 """So at the usual density, or less, there are about 60 references per triangle at most. Scans,
@@ -48,25 +50,26 @@ def resolution_by_rule(size: np.ndarray, count: int, rule: str, density: float) 
     return np.maximum(np.floor(wanted), 1)
 
 
-def reference_terms(triangles: np.ndarray, size: np.ndarray, is_exact: bool) -> np.ndarray:
+def reference_terms(geometry: Any, size: np.ndarray, is_exact: bool) -> np.ndarray:
     """Return (2, 2, 2) terms, of which [a, b, c] times nx^a ny^b nz^c add up to the references.
 
     Parameters
     ----------
-    triangles : (n, 3, 3) float64
+    geometry : NamedTuple of arrays
     size : (3,) float64
         Of the grid, all positive.
     is_exact : bool
-        Whether triangles are assigned exactly, or by their boxes.
+        Whether triangles are assigned exactly, or like all other items by their boxes.
     """
-    boxes = boxes_of(triangles)
+    boxes = boxes_around(geometry)
     extents = (boxes[:, 3:] - boxes[:, :3]) / size
     terms = np.zeros((2, 2, 2))
     for powers in itertools.product((0, 1), repeat=3):
         chosen = np.flatnonzero(powers)
         terms[powers] = extents[:, chosen].prod(axis=1).sum()
-    if is_exact:
-        edges = (triangles[:, 1:] - triangles[:, :1]) / size
+    if is_exact and isinstance(geometry, Triangles):
+        corners = geometry.corners
+        edges = (corners[:, 1:] - corners[:, :1]) / size
         areas = 0.5 * np.abs(np.cross(edges[:, 0], edges[:, 1])).sum(axis=0)
         terms[0, 1, 1], terms[1, 0, 1], terms[1, 1, 0] = areas
         terms[1, 1, 1] = 0.0

@@ -28,7 +28,7 @@ LOST = lost(COUNTERS)
 
 
 @implements(walk, GridArrays)
-def walk_grid(structure, triangles, ray, number, workspace, log):
+def walk_grid(structure, geometry, ray, number, workspace, log):
     """Step from cell to cell until the nearest hit lies before the next wall."""
     best, visited, empty = NOTHING, 0, 0
 
@@ -37,7 +37,7 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
     if t == MISS:
         return found(best, visited, empty)
     if is_broad(structure, ray):
-        best, visited, empty = walk_broad(structure, triangles, ray, number, workspace, log, t)
+        best, visited, empty = walk_broad(structure, geometry, ray, number, workspace, log, t)
         return found(best, visited, empty)
 
     ny, nz = structure.resolution[1], structure.resolution[2]
@@ -58,7 +58,7 @@ def walk_grid(structure, triangles, ray, number, workspace, log):
         else:
             note(log, VISIT_LEAF, cell, -1, t, t_exit)
             best = test_cell(
-                structure, triangles, ray, number, workspace, log, cell, t, t_exit, best
+                structure, geometry, ray, number, workspace, log, cell, t, t_exit, best
             )
             t_last = end_of_walk(ray, best)
         if t_exit > t_last:

@@ -21,11 +21,11 @@ import numpy as np
 from ...contract.build_log import SPLIT, BuildLog
 from ...contract.cells import Cells, parents_of, planes_across, rectangles
 from ...contract.structure import intersection_cost, traversal_cost
-from ...geometry.box import boxes_of
 from ...geometry.box_shape import surface_area
 from ...geometry.clip import POLYGON_SIZE, add_clipped_areas
+from ...geometry.geometry import boxes_around
 from ...geometry.rays import ULPS
-from ...geometry.triangle import Triangles, areas_of, triangles_of
+from ...geometry.triangle import Triangles, areas_of
 from ...kernels import call
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
@@ -99,7 +99,7 @@ SUBTREE = 1 << 15
 
 
 def build_tree(
-    triangles: Triangles,
+    items: Any,
     cell: np.ndarray,
     settings: KdTreeSettings,
     progress: Progress,
@@ -134,9 +134,9 @@ def build_tree(
     Cancelled
         From `progress`.
     """
-    count = len(triangles.ids)
+    count = len(items.ids)
     progress.report(0.0, 1.0, "Building kdtree")
-    boxes = boxes_of(triangles.corners)
+    boxes = boxes_around(items)
     references = most_references(settings.duplication, settings.max_depth, count, DUPLICATION)
     if settings.planes == "sah" and settings.duplication < 0.0:
         references = max(references, FEW)
@@ -157,7 +157,7 @@ def build_tree(
         memory = start_static(boxes, whole, limits)
     meter = meter_of(count, progress)
     meter.report()
-    top = Builder(planes, limits, memory, triangles.corners, meter)
+    top = Builder(planes, limits, memory, items, meter)
     pieces = build_with_threads(top, meter, threads)
     tree, old, size = store(top.finished(), pieces, cell)
     progress.report(1.0, 1.0, "Building kdtree")
@@ -201,10 +201,10 @@ class KdTree(LinkedSubdivision):
         scene: Scene,
         settings: KdTreeSettings,
         tree: KdTreeArrays,
-        triangles: Triangles,
+        geometry: Any,
         log: Callable[[Any], BuildLog] | None = None,
     ) -> None:
-        super().__init__(scene, settings, None, triangles, log)
+        super().__init__(scene, settings, None, geometry, log)
         self.with_walk(tree)
 
     @classmethod
@@ -218,13 +218,13 @@ class KdTree(LinkedSubdivision):
     ) -> KdTree:
         """Build the tree, then prepare its walk."""
         refuse_if_too_large(
-            len(scene) * 600, f"a kdtree over {len(scene)} triangles", "use a smaller scene"
+            len(scene) * 600, f"a kdtree over {scene.counted}", "use a smaller scene"
         )
-        triangles = triangles_of(scene)
+        items = scene.items()
         cell = padded_box(scene.lower, scene.upper, settings.padding)
-        tree, made, size = build_tree(triangles, cell, settings, progress)
+        tree, made, size = build_tree(items, cell, settings, progress)
         told = functools.partial(log_of, made, size) if log else None
-        return cls(scene, settings, tree, triangles, told)
+        return cls(scene, settings, tree, items, told)
 
     def topology(self) -> Topology:
         """Return the cells of all nodes."""
@@ -254,7 +254,7 @@ class KdTree(LinkedSubdivision):
     def validate(self) -> list[str]:
         """Check the tree, and that the leaves which list a triangle cover all of it."""
         violations = super().validate()
-        if violations:
+        if violations or not isinstance(self.geometry, Triangles):
             return violations
         tree, nodes, corners = self.arrays.tree, self.topology(), self.triangles.corners
         leaf_of = np.repeat(np.arange(len(tree.offsets) - 1), np.diff(tree.offsets))

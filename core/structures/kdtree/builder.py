@@ -99,7 +99,7 @@ def divide_lists(planes, work, node, scratch, n_both):
 
 
 @kernel
-def divide_cells(planes, limits, work, frontier, corners, allowance):
+def divide_cells(planes, limits, work, frontier, geometry, allowance):
     """Split nodes until none waits, the next has no room, or it is one to hand back.
 
     Parameters
@@ -174,7 +174,7 @@ def divide_cells(planes, limits, work, frontier, corners, allowance):
             work.triangle[n_references] = triangle
             if needs_boxes:
                 divide_reference(
-                    corners, triangle, cells, left, axis, work.boxes, codes[i], n_references,
+                    geometry, triangle, cells, left, axis, work.boxes, codes[i], n_references,
                     work.polygon,
                 )  # fmt: skip
             n_references += 1
@@ -225,11 +225,11 @@ class Builder:
         planes: Any,
         limits: Limits,
         memory: tuple[Work, Frontier],
-        corners: np.ndarray,
+        geometry: Any,
         meter: Meter,
         root: int = 0,
     ) -> None:
-        self.planes, self.limits, self.corners = planes, limits, corners
+        self.planes, self.limits, self.geometry = planes, limits, geometry
         self.meter, self.root = meter, root
         self.work, self.frontier = memory
 
@@ -246,7 +246,7 @@ class Builder:
         own = extract(self.work, node, self.limits)
         drop(self.frontier)
         self.work.nodes[node, [AXIS, FIRST, SIZE]] = LEAF, 0, 0
-        return node, Builder(self.planes, inside, own, self.corners, self.meter, node)
+        return node, Builder(self.planes, inside, own, self.geometry, self.meter, node)
 
     def run(self, reports: bool = False) -> int:
         """Call :func:`divide_cells` until it is DONE, or a node is to be put ASIDE.
@@ -267,7 +267,7 @@ class Builder:
                 )
                 allowance = allowed(self.work, node, order)
             result = call(
-                divide_cells, self.planes, self.limits, self.work, self.frontier, self.corners,
+                divide_cells, self.planes, self.limits, self.work, self.frontier, self.geometry,
                 min(allowance, max(ALLOWANCE, room)),
             )  # fmt: skip
             n_nodes, n_listed = self.work.state[[N_NODES, N_LISTED]].tolist()

@@ -28,9 +28,7 @@ from ...contract.build_log import SPLIT, BuildLog
 from ...contract.cells import Cells, parents_of, planes_across, rectangles
 from ...contract.figures import Figure
 from ...contract.structure import intersection_cost, traversal_cost
-from ...geometry.box import boxes_of
 from ...geometry.box_shape import surface_area
-from ...geometry.triangle import Triangles, triangles_of
 from ...kernels import call, kernel
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
@@ -185,10 +183,10 @@ class Octree(LinkedSubdivision):
         scene: Scene,
         settings: OctreeSettings,
         built: BuiltTree,
-        triangles: Triangles,
+        geometry: Any,
         log: bool = False,
     ) -> None:
-        super().__init__(scene, settings, None, triangles, Octree.logged if log else None)
+        super().__init__(scene, settings, None, geometry, Octree.logged if log else None)
         self.built = built
         self.with_walk(STORAGES[settings.storage](built))
 
@@ -203,9 +201,9 @@ class Octree(LinkedSubdivision):
     ) -> Octree:
         """Subdivide, number the nodes, store the tree."""
         refuse_if_too_large(
-            len(scene) * 150, f"an octree over {len(scene)} triangles", "use a smaller scene"
+            len(scene) * 150, f"an octree over {scene.counted}", "use a smaller scene"
         )
-        triangles = triangles_of(scene)
+        items = scene.items()
         closed = settings.overlap == "closed"
         rule = Rule(
             levels_for(settings, len(scene)),
@@ -214,11 +212,11 @@ class Octree(LinkedSubdivision):
             ORDERS[settings.order],
             most_references(settings.duplication, settings.max_depth, len(scene), DUPLICATION),
             PLACEMENTS[settings.planes],
-            assignment_named(settings.assignment, triangles, boxes_of(scene.triangles), closed),
+            assignment_named(settings.assignment, items, scene.boxes(), closed),
         )
         box = padded_box(scene.lower, scene.upper, settings.padding)
         tree = cut_into_octants(len(scene), box, rule, progress)
-        return cls(scene, settings, finish(tree), triangles, log)
+        return cls(scene, settings, finish(tree), items, log)
 
     def topology(self) -> Topology:
         """Return the boxes of all nodes, from the root's and the planes."""

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...geometry.geometry import overlaps
 from ...geometry.rays import ULPS
-from ...geometry.triangle import Triangles, overlaps_box
 from ...kernels import dispatched, implements, inlined, inner
 
 
@@ -19,7 +19,7 @@ class ByBox(NamedTuple):
 
 
 class Exact(NamedTuple):
-    """Triangles are compared themselves.
+    """Items are compared themselves, as far as their kind can be.
 
     Attributes
     ----------
@@ -31,16 +31,16 @@ class Exact(NamedTuple):
 
     boxes: np.ndarray
     closed: bool
-    corners: np.ndarray
+    geometry: Any
     slack: np.ndarray
     part: np.ndarray
 
 
-def assignment_named(name: str, triangles: Triangles, boxes: np.ndarray, closed: bool) -> Any:
+def assignment_named(name: str, geometry: Any, boxes: np.ndarray, closed: bool) -> Any:
     """Return the record for a setting."""
     if name == "box":
         return ByBox(boxes, closed)
-    return Exact(boxes, closed, triangles.corners, 4 * ULPS * triangles.reach, np.empty(6))
+    return Exact(boxes, closed, geometry, 4 * ULPS * geometry.reach, np.empty(6))
 
 
 @inner
@@ -95,7 +95,7 @@ def octants_exactly(assignment, cell, planes, n):
         for axis in range(3):
             part[axis] -= slack[axis]
             part[3 + axis] += slack[axis]
-        if overlaps_box(assignment.corners, n, part):
+        if overlaps(assignment.geometry, n, part):
             mask |= 1 << octant
     # Rounding must not lose a triangle.
     return mask if mask != 0 else by_box

@@ -70,7 +70,7 @@ def queue(workspace, place, size, floor, ceiling, age):
 
 
 @implements(walk, Heap)
-def walk_heap(structure, triangles, ray, number, workspace, log):
+def walk_heap(structure, geometry, ray, number, workspace, log):
     """Visit the most promising cell next: the one entered first."""
     tree, heap = structure.tree, workspace.rows
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
@@ -93,7 +93,7 @@ def walk_heap(structure, triangles, ray, number, workspace, log):
         index = leaf_index(tree, node)
         if index >= 0:
             visited = visit_leaf(
-                tree, structure.mailbox, triangles, ray, number, workspace, log,
+                tree, structure.mailbox, geometry, ray, number, workspace, log,
                 node, index, span.enter, span.exit, visited,
             )  # fmt: skip
             limit = limit_of(ray, visited)

@@ -182,7 +182,7 @@ def leaves_root_too(tree, workspace, leave, leave_root):
     return leave.plane != tree.box[3 * far + leave.axis]
 
 
-def march(structure, triangles, ray, number, workspace, log):
+def march(structure, geometry, ray, number, workspace, log):
     """Go from leaf to leaf."""
     tree = structure.tree
     written = log.written[0]
@@ -208,9 +208,9 @@ def march(structure, triangles, ray, number, workspace, log):
             # The mailbox must not know what this walk has tested.
             log.written[0] = written
             again = Recursive(tree, structure.mailbox)
-            return walk(again, triangles, ray, -2 - number, workspace, log)
+            return walk(again, geometry, ray, -2 - number, workspace, log)
         visited = visit_leaf(
-            tree, structure.mailbox, triangles, ray, number, workspace, log,
+            tree, structure.mailbox, geometry, ray, number, workspace, log,
             node, index, gate.t, leave.t, visited,
         )  # fmt: skip
         gate = leave

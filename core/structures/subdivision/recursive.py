@@ -12,7 +12,7 @@ from .walks import NOWHERE_YET, Recursive, found, limit_of, visit_leaf
 
 
 @implements(walk, Recursive)
-def walk_recursive(structure, triangles, ray, number, workspace, log):
+def walk_recursive(structure, geometry, ray, number, workspace, log):
     """Go on with the first child along the ray, put the others on a stack."""
     tree = structure.tree
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
@@ -35,7 +35,7 @@ def walk_recursive(structure, triangles, ray, number, workspace, log):
             node, span, height = expand(tree, node, workspace, span, height)
             index = leaf_index(tree, node)
         visited = visit_leaf(
-            tree, structure.mailbox, triangles, ray, number, workspace, log,
+            tree, structure.mailbox, geometry, ray, number, workspace, log,
             node, index, span.enter, span.exit, visited,
         )  # fmt: skip
         limit = limit_of(ray, visited)

@@ -19,7 +19,7 @@ ENTER, EXIT = 0, 1
 
 
 @implements(walk, Segments)
-def walk_segments(structure, triangles, ray, number, workspace, log):
+def walk_segments(structure, geometry, ray, number, workspace, log):
     """Cut the ray into segments, then process these one by one."""
     tree, segments = structure.tree, workspace.rows
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
@@ -55,7 +55,7 @@ def walk_segments(structure, triangles, ray, number, workspace, log):
                 continue
             index = leaf_index(tree, leaf)
             visited = visit_leaf(
-                tree, structure.mailbox, triangles, ray, number, workspace, log,
+                tree, structure.mailbox, geometry, ray, number, workspace, log,
                 leaf, index, enter, leave, visited,
             )  # fmt: skip
             limit = limit_of(ray, visited)

@@ -12,7 +12,6 @@ from ...contract.figures import COST_OF_TREE, OF_TREE, Figure
 from ...contract.statistics import Statistics
 from ...contract.structure import Structure
 from ...contract.workspace import Workspace, make_workspace
-from ...geometry.box import boxes_of
 from ...geometry.box_shape import surface_area
 from ...geometry.rays import ULPS
 from ...progress import SILENT, Progress
@@ -185,9 +184,9 @@ class Subdivision(Structure):
         leaf_of : (m,) int
             The leaf of each entry of the lists.
         """
-        boxes = boxes_of(self.scene.triangles)[self.arrays.tree.references]
+        boxes = self.scene.boxes()[self.arrays.tree.references]
         leaves = nodes.boxes[nodes.leaves][leaf_of]
-        tolerance = 8 * ULPS * self.triangles.reach
+        tolerance = 8 * ULPS * self.geometry.reach
         apart = boxes[:, :3] > leaves[:, 3:] + tolerance
         apart |= boxes[:, 3:] < leaves[:, :3] - tolerance
         return bool(apart.any())

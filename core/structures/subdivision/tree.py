@@ -204,7 +204,7 @@ def enter_root(box, ray, frame):
     frame[2, 0], frame[2, 1], frame[2, 2] = ray.low_z, ray.high_z, ray.iz
     frame[0, 3], frame[1, 3], frame[2, 3] = ray.ox, ray.oy, ray.oz
     frame[0, 4], frame[1, 4], frame[2, 4] = ray.dx, ray.dy, ray.dz
-    enter, enter_late, axis = 0.0, 0.0, -1
+    enter, enter_late, axis = ray.t_min, ray.t_min, -1
     leave, leave_late = np.inf, np.inf
     for a in range(3):
         near = near_side(frame, a)

@@ -141,7 +141,7 @@ NOWHERE_YET = Visited(NOTHING, 0, 0)
 
 @inlined
 def visit_leaf(
-    tree, mailbox, triangles, ray, number, workspace, log, node, index, enter, leave, visited
+    tree, mailbox, geometry, ray, number, workspace, log, node, index, enter, leave, visited
 ):
     """Test the triangles of a leaf; return the new :class:`Visited`."""
     # Where a ray runs in a plane, or through an edge, the early exit may come before the entry.
@@ -154,7 +154,7 @@ def visit_leaf(
     else:
         note(log, VISIT_LEAF, node, NONE, enter, leave)
     best = test_leaf(
-        triangles, tree.references, mailbox, begin, end, ray, number, workspace, log,
+        geometry, tree.references, mailbox, begin, end, ray, number, workspace, log,
         node, enter, leave, False, visited.best,
     )  # fmt: skip
     return Visited(best, visited.leaves + 1, empty)

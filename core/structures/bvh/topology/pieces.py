@@ -6,11 +6,14 @@ kind, the triangles are clipped to their boxes.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....geometry.box_shape import hulls_of_boxes
 from ....geometry.clip import POLYGON_SIZE, clip
+from ....geometry.geometry import hulls_of
+from ....geometry.triangle import Triangles
 from ....kernels import call, kernel
 from ....parallel import for_chunks
 from ....progress import Progress
@@ -95,7 +98,7 @@ def pieces_of(corners: np.ndarray, boxes: np.ndarray, progress: Progress) -> Pie
 
 
 def referred(
-    corners: np.ndarray,
+    geometry: Any,
     parts: np.ndarray | None,
     begin: np.ndarray,
     end: np.ndarray,
@@ -105,11 +108,15 @@ def referred(
 
     Parameters
     ----------
-    corners : (n_references, 3, 3) float64
+    geometry : NamedTuple of arrays
+        In the order of the references; of what is no triangle, some whose hull contains it.
     parts : (n_references, 6) float64 or None
         Boxes of the parts that references stand for, if not for whole triangles.
     """
-    if parts is None:
-        return corners, begin, end
-    pieces = pieces_of(corners, parts, progress)
-    return pieces.corners, pieces.offsets[begin], pieces.offsets[end]
+    if parts is not None and isinstance(geometry, Triangles):
+        corners, places = pieces_of(geometry.corners, parts, progress)
+    elif parts is not None:
+        corners, places = hulls_of_boxes(parts)
+    else:
+        corners, places = hulls_of(geometry)
+    return corners, places[begin], places[end]

@@ -14,23 +14,24 @@ from typing import Any
 
 import numpy as np
 
-from ....geometry.box import Boxes
-from ....geometry.triangle import Triangles
-from ....geometry.volume import fit
+from ....geometry.box import Boxes, clear, include
 from ....kernels import call, kernel
 from ....progress import SILENT, Progress
 from .fit import fit_all
+from .pieces import referred
 from .tree import ranges_of
 
 
 @kernel
-def refit_boxes(volumes, corners, first, size, width):
-    """Fit the boxes of leaves to their triangles, those of inner nodes to their children."""
+def refit_boxes(volumes, boxes, first, size, width):
+    """Fit the boxes of leaves to those of their items, those of inner nodes to their children."""
     for node in range(len(size) - 1, -1, -1):
-        if size[node] > 0:
-            fit(volumes, node, corners, first[node], first[node] + size[node])
-            continue
         box = volumes.rows[node]
+        if size[node] > 0:
+            clear(box)
+            for i in range(first[node], first[node] + size[node]):
+                include(box, boxes[i])
+            continue
         for axis in range(3):
             low, high = np.inf, -np.inf
             for child in range(first[node], first[node] + width[node]):
@@ -44,8 +45,8 @@ def refitted_volumes(
     arrays: Any,
     width: np.ndarray,
     kind: str,
-    triangles: Triangles,
-    corners: np.ndarray,
+    items: Any,
+    boxes: np.ndarray,
     progress: Progress = SILENT,
 ) -> Any:
     """Return the volumes of a tree, fitted to where its triangles are now.
@@ -58,11 +59,11 @@ def refitted_volumes(
         How many children every node has.
     kind : str
         Of volumes, if they are not boxes.
-    triangles : Triangles
-        Moved, in the order of the references.
-    corners : (n, 3, 3) float64
-        The scene's own: `triangles` draws those without an area together to a point, and boxes are
-        fitted as by builders.
+    items : NamedTuple of arrays
+        The geometry, moved, in the order of the references.
+    boxes : (n, 6) float64
+        Of the scene's items: `items` may draw triangles without an area together to a point, and
+        boxes are fitted as by builders.
 
     Raises
     ------
@@ -72,10 +73,10 @@ def refitted_volumes(
     progress.report(0, 1, "Refitting bvh")
     if isinstance(arrays.volumes, Boxes):
         volumes = Boxes(np.empty((len(arrays.size), 6)))
-        in_order = corners[triangles.ids]
+        in_order = boxes[items.ids]
         call(refit_boxes, volumes, in_order, arrays.first, arrays.size, width)
     else:
         begin, end = ranges_of(arrays.first, arrays.size, width)
-        volumes = fit_all(kind, triangles.corners, begin, end, progress)
+        volumes = fit_all(kind, *referred(items, None, begin, end, progress), progress)
     progress.report(1, 1, "Refitting bvh")
     return volumes

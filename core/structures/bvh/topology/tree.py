@@ -27,12 +27,13 @@ class Primitives(NamedTuple):
 
     Attributes
     ----------
-    corners : (n, 3, 3) float64
+    geometry : NamedTuple of arrays
+        Of the scene, for builders that cut what they group.
     boxes : (n, 6) float64
-        Box of each triangle; the builder may reorder or overwrite them.
+        Box of each item; the builder may reorder or overwrite them.
     """
 
-    corners: np.ndarray
+    geometry: Any
     boxes: np.ndarray
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ....geometry.box import Boxes, boxes_of
+from ....geometry.box import Boxes
 from ....geometry.kdop import KDOPs
 from ....geometry.rays import ULPS
 from ....geometry.triangle import Triangles
@@ -23,9 +23,10 @@ WEIGHTS = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) 
 def violations_of(
     tree: Any,
     widths: np.ndarray,
-    referred_to: Triangles,
+    referred_to: Any,
     parts: np.ndarray | None,
-    scene: np.ndarray,
+    geometry: Any,
+    boxes: np.ndarray,
 ) -> list[str]:
     """Return the violated invariants of a hierarchy, one sentence each.
 
@@ -37,12 +38,14 @@ def violations_of(
     tree : Binary or Wide
     widths : (n_nodes,) int
         How many children every node has.
-    referred_to : Triangles
-        In the order of the references.
+    referred_to : NamedTuple of arrays
+        The geometry in the order of the references.
     parts : (n_references, 6) float64 or None
         Boxes of the parts that references stand for, if not for whole triangles.
-    scene : (n, 3, 3) float64
-        The scene's triangles.
+    geometry : NamedTuple of arrays
+        Of the scene.
+    boxes : (n, 6) float64
+        Of its items.
     """
     violations = []
     volumes, first, count = tree.volumes, tree.first, tree.size
@@ -51,8 +54,8 @@ def violations_of(
     ids = referred_to.ids
     if not np.array_equal(np.sort(covered), np.arange(len(ids))):
         violations.append("the leaves do not partition the references")
-    if not np.array_equal(np.unique(ids), np.arange(len(scene))):
-        violations.append("a triangle is referenced nowhere")
+    if not np.array_equal(np.unique(ids), np.arange(len(boxes))):
+        violations.append("an item is referenced nowhere")
     inner = np.flatnonzero(count == 0)
     width = widths[inner]
     children = ranges(first[inner], width)
@@ -70,16 +73,16 @@ def violations_of(
             violations.append("a node's box is not the union of its children's")
     if not violations:
         ranges_below = ranges_of(first, count, widths)
-        pieces = referred(referred_to.corners, parts, *ranges_below, SILENT)
+        pieces = referred(referred_to, parts, *ranges_below, SILENT)
         outsiders = sticking_out(volumes, *pieces)
         if len(outsiders):
             violations.append(f"triangles stick out of {len(outsiders)} nodes")
-    if parts is not None and not covers(scene, ids, parts):
+    if parts is not None and not covers(geometry, boxes, ids, parts):
         violations.append("the parts of a triangle do not cover it")
     return violations
 
 
-def covers(triangles: np.ndarray, ids: np.ndarray, boxes: np.ndarray) -> bool:
+def covers(triangles: Triangles, around: np.ndarray, ids: np.ndarray, boxes: np.ndarray) -> bool:
     """Say whether every triangle is inside the boxes of its references.
 
     With a single reference its box has to contain the whole triangle. With several, every one of
@@ -87,19 +90,21 @@ def covers(triangles: np.ndarray, ids: np.ndarray, boxes: np.ndarray) -> bool:
 
     Parameters
     ----------
-    triangles : (n, 3, 3) float64
+    triangles : Triangles
+    around : (n, 6) float64
+        Their boxes.
     ids : (m,) int
         The triangle of each reference.
     boxes : (m, 6) float64
     """
-    own = boxes_of(triangles)[ids]
+    corners, own = triangles.corners, around[ids]
     is_inside = (own[:, :3] >= boxes[:, :3]).all(axis=1) & (own[:, 3:] <= boxes[:, 3:]).all(axis=1)
-    is_single = np.bincount(ids, minlength=len(triangles))[ids] == 1
+    is_single = np.bincount(ids, minlength=len(corners))[ids] == 1
     several, part = ids[~is_single], boxes[~is_single]
-    slack = ULPS * np.abs(triangles).max(axis=(0, 1))
-    found = np.zeros((len(triangles), len(WEIGHTS)), dtype=bool)
+    slack = ULPS * np.abs(corners).max(axis=(0, 1))
+    found = np.zeros((len(corners), len(WEIGHTS)), dtype=bool)
     for place, weights in enumerate(WEIGHTS):
-        points = np.einsum("k,nkc->nc", weights, triangles[several])
+        points = np.einsum("k,nkc->nc", weights, corners[several])
         inside = (points >= part[:, :3] - slack) & (points <= part[:, 3:] + slack)
         found[several[inside.all(axis=1)], place] = True
     return bool(is_inside[is_single].all() and found[several].all())

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....contract.events import NONE, SKIP, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
+from ....contract.instances import rooted
 from ....contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ....contract.structure import Found, walk
 from ....geometry.rays import ALL, ANY
@@ -19,7 +20,7 @@ from ....kernels import implements
 
 
 class Binary(NamedTuple):
-    """A binary hierarchy as its walk sees it; node 0 is the root, siblings are neighbours.
+    """A binary hierarchy as its walk sees it; siblings are neighbours.
 
     Attributes
     ----------
@@ -28,19 +29,28 @@ class Binary(NamedTuple):
     first : (n_nodes,) int32
         Left child of an inner node (the right one is the next), first triangle of a leaf.
     size : (n_nodes,) int32
-        Triangles of a leaf; 0 marks an inner node.
+        Items of a leaf; 0 marks an inner node.
+    root : int
+        Not 0 in a forest, where the trees of several meshes lie one after the other.
     """
 
     volumes: Any
     first: np.ndarray
     size: np.ndarray
+    root: int = 0
 
 
-ROOT, ONE = np.uint64(0), np.uint64(1)
+ONE = np.uint64(1)
+
+
+@implements(rooted, Binary)
+def tree_of_forest(forest, root):
+    """Exchange the root."""
+    return Binary(forest.volumes, forest.first, forest.size, root)
 
 
 @implements(walk, Binary)
-def walk_binary(structure, triangles, ray, number, workspace, log):
+def walk_binary(structure, geometry, ray, number, workspace, log):
     """Front-to-back traversal with a stack.
 
     Node numbers are unsigned: Numba then leaves out the look at negative indices, 5% of the time.
@@ -52,7 +62,7 @@ def walk_binary(structure, triangles, ray, number, workspace, log):
     nodes_visited, leaves_visited, volume_tests = 0, 0, 1
 
     prepare(volumes, ray, strips)
-    node, height = ROOT, 0
+    node, height = np.uint64(structure.root), 0
     t = enter(volumes, node, ray, strips, limit)
     note(log, VOLUME_TEST, node, NONE, t, t)
     searching = t != MISS
@@ -80,7 +90,7 @@ def walk_binary(structure, triangles, ray, number, workspace, log):
             leaves_visited += 1
             note(log, VISIT_LEAF, node, NONE, t, limit)
             best = test_leaf(
-                triangles, None, False, firsts[node], firsts[node] + size, ray, number, workspace,
+                geometry, None, False, firsts[node], firsts[node] + size, ray, number, workspace,
                 log, node, t, EVERYWHERE, False, best,
             )  # fmt: skip
             if ray.query == ANY and best.primitive >= 0:

@@ -18,10 +18,12 @@ from ....geometry.rays import ALL, ANY
 from ....geometry.volume import MISS, enter, prepare
 from ....kernels import implements
 from ..topology.wide import WIDEST
-from .binary_walk import ONE, ROOT
+from .binary_walk import ONE
 
 WIDE_STACK_SIZE = (WIDEST - 1) * MAXIMUM_DEPTH + WIDEST
 """Nodes that wait: at every level all children but the one that is visited."""
+
+ROOT = np.uint64(0)
 
 
 class Wide(NamedTuple):
@@ -46,7 +48,7 @@ class Wide(NamedTuple):
 
 
 @implements(walk, Wide)
-def walk_wide(structure, triangles, ray, number, workspace, log):
+def walk_wide(structure, geometry, ray, number, workspace, log):
     """Front-to-back traversal with a stack, sorted as far as one node's children go.
 
     Of children that are entered at the same t, the first comes first.
@@ -91,7 +93,7 @@ def walk_wide(structure, triangles, ray, number, workspace, log):
             leaves_visited += 1
             note(log, VISIT_LEAF, node, NONE, t, limit)
             best = test_leaf(
-                triangles, None, False, firsts[node], firsts[node] + sizes[node], ray, number,
+                geometry, None, False, firsts[node], firsts[node] + sizes[node], ray, number,
                 workspace, log, node, t, EVERYWHERE, False, best,
             )  # fmt: skip
             if ray.query == ANY and best.primitive >= 0:

@@ -26,9 +26,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
+from .....errors import InputError
 from .....geometry.box import area_of
 from .....geometry.box_shape import surface_area
 from .....geometry.rays import ULPS
+from .....geometry.triangle import Triangles
 from .....kernels import call, inner, kernel
 from .....parallel import core_count
 from .....progress import Progress
@@ -267,8 +269,14 @@ class Construction:
         room = int(settings.duplication * count)
         boxes, triangle = np.empty((room, 6)), np.empty(room, np.int32)
         boxes[:count], triangle[:count] = primitives.boxes, np.arange(count)
-        reach = np.abs(primitives.corners).max(axis=(0, 1))
-        self.references = References(primitives.corners, ULPS * reach, triangle, boxes)
+        if not isinstance(primitives.geometry, Triangles):
+            raise InputError(
+                "sbvh cuts triangles into pieces, and the scene holds other items as well; choose "
+                "another builder, such as binned_sah"
+            )
+        corners = primitives.geometry.corners
+        reach = np.abs(corners).max(axis=(0, 1))
+        self.references = References(corners, ULPS * reach, triangle, boxes)
         n_nodes = 2 * room - 1
         self.tree = Growing(
             np.empty((n_nodes, 6)), np.empty(n_nodes, np.int32),

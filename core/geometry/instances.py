@@ -1,0 +1,180 @@
+"""Instances: one mesh in many places, each through a matrix of its own.
+
+Here is what a scene knows of them: meshes, matrices, boxes. How a ray meets one is told in
+:mod:`..contract.instances`, for that takes a walk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from .box_shape import corners_of, hulls_of_boxes
+from .geometry import boxes_around, hulls_of
+from .rays import EVERY_OBJECT
+from .triangle import Triangles, reach_of
+
+PADDING = 8 * np.finfo(np.float64).eps
+"""By how much of its largest coordinate a world box is enlarged: nine roundings make a corner."""
+
+MOST_LEVELS = 3
+"""How deep instances may lie within each other."""
+
+
+class Instanced(NamedTuple):
+    """Meshes and where they are: what a scene holds.
+
+    Attributes
+    ----------
+    meshes : tuple
+        Geometries, each in a space of its own: all Triangles, all Mixed, or all Instanced.
+    which : (n,) int32
+        The mesh of each instance.
+    matrices : (n, 3, 4) float64
+        From the mesh's space to that of the instance.
+    masks : (n,) uint8
+        A ray meets the instance if its own mask has a bit in common.
+    boxes : (n, 6) float64
+    first : (n + 1,) int64
+        Number of the first primitive of each instance, if all of them are counted.
+    ids, reach
+        As of every geometry.
+    """
+
+    meshes: tuple[Any, ...]
+    which: np.ndarray
+    matrices: np.ndarray
+    masks: np.ndarray
+    boxes: np.ndarray
+    first: np.ndarray
+    ids: np.ndarray
+    reach: np.ndarray
+
+
+def instanced(
+    meshes: Sequence[Any],
+    which: np.ndarray,
+    matrices: np.ndarray,
+    masks: np.ndarray | int = EVERY_OBJECT,
+) -> Instanced:
+    """Put meshes into places.
+
+    Parameters
+    ----------
+    meshes : sequence of geometries
+        All of one kind.
+    which : (n,) int
+    matrices : (n, 3, 4) float
+    masks : (n,) int, optional
+
+    Raises
+    ------
+    InputError
+        If there is no instance, a number is not finite, or the meshes are not of one kind.
+    """
+    which = np.ascontiguousarray(which, dtype=np.int32)
+    matrices = np.require(matrices, np.float64, ["C", "W"]).reshape(-1, 3, 4)
+    if not len(which) or not len(meshes):
+        raise InputError("there are no instances; add one")
+    if len(which) != len(matrices):
+        raise InputError(f"there are {len(which)} instances and {len(matrices)} matrices")
+    if not np.isfinite(matrices).all():
+        bad = int((~np.isfinite(matrices).all(axis=(1, 2))).argmax())
+        raise InputError(f"the matrix of instance {bad} is not finite; repair it")
+    if len({type(mesh) for mesh in meshes}) != 1:
+        raise InputError("the meshes of instances must be of one kind; make all of them solids")
+    if levels_of_mesh(meshes[0]) >= MOST_LEVELS:
+        raise InputError(f"instances may lie within each other {MOST_LEVELS} deep, not deeper")
+    local = np.array([box_of(mesh) for mesh in meshes])
+    boxes = moved_boxes(local[which], matrices)
+    counts = np.array([primitives_in(mesh) for mesh in meshes], dtype=np.int64)
+    first = np.concatenate([[0], np.cumsum(counts[which])])
+    return Instanced(
+        tuple(meshes), which, matrices,
+        np.array(np.broadcast_to(masks, len(which)), dtype=np.uint8), boxes, first,
+        np.arange(len(which), dtype=np.int32),
+        reach_of(boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)),
+    )  # fmt: skip
+
+
+def box_of(geometry: Any) -> np.ndarray:
+    """Return the box around all items of a geometry, (6,)."""
+    boxes = boxes_around(geometry)
+    return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
+
+
+def moved_boxes(boxes: np.ndarray, matrices: np.ndarray) -> np.ndarray:
+    """Return boxes, (n, 6), around boxes that are seen through matrices, (n, 3, 4)."""
+    corners = np.einsum("nij,nkj->nki", matrices[:, :, :3], corners_of(boxes))
+    corners += matrices[:, None, :, 3]
+    # What the sums were made of may be larger than what they are.
+    largest = np.abs(matrices[:, :, :3]) @ np.abs(boxes).reshape(-1, 2, 3).max(axis=1)[:, :, None]
+    padding = PADDING * (largest[:, :, 0] + np.abs(matrices[:, :, 3]))
+    return np.concatenate([corners.min(axis=1) - padding, corners.max(axis=1) + padding], axis=1)
+
+
+def primitives_in(geometry: Any) -> int:
+    """Return how many primitives a geometry has, those of every instance counted."""
+    return int(geometry.first[-1]) if isinstance(geometry, Instanced) else len(geometry.ids)
+
+
+def levels_of_mesh(geometry: Any) -> int:
+    """Return how deep instances lie within each other in a geometry: 0 where there are none."""
+    return 1 + levels_of_mesh(geometry.meshes[0]) if isinstance(geometry, Instanced) else 0
+
+
+def inverted(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the inverses of affine matrices, (n, 3, 4), and where there is none, (n,) bool."""
+    linear = matrices[:, :, :3]
+    # Of one size, so that only a matrix that makes things flat is called singular.
+    size = np.abs(linear).max(axis=2, keepdims=True)
+    size = np.where(size > 0.0, size, 1.0)
+    with np.errstate(all="ignore"):
+        is_singular = ~(np.abs(np.linalg.det(linear / size)) > np.finfo(np.float64).eps ** 2)
+        inverse = np.linalg.inv(np.where(is_singular[:, None, None], np.eye(3), linear / size))
+    inverse /= size.transpose(0, 2, 1)
+    moved = -(inverse @ matrices[:, :, 3:])
+    is_singular |= ~(np.isfinite(inverse).all(axis=(1, 2)) & np.isfinite(moved).all(axis=(1, 2)))
+    return np.concatenate([inverse, moved], axis=2), is_singular
+
+
+def is_of_triangles(geometry: Any) -> bool:
+    """Say whether the meshes at the bottom are triangles."""
+    if isinstance(geometry, Instanced):
+        return is_of_triangles(geometry.meshes[0])
+    return isinstance(geometry, Triangles)
+
+
+def flattened(geometry: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return all triangles of instances in the space that these are in.
+
+    Returns
+    -------
+    corners : (n, 3, 3) float64
+        In the order in which primitives are counted.
+    owners : (n,) int64
+        The instance of each.
+    """
+    if isinstance(geometry, Triangles):
+        return geometry.corners, np.zeros(len(geometry.corners), dtype=np.int64)
+    local = [flattened(mesh)[0] for mesh in geometry.meshes]
+    corners = np.empty((int(geometry.first[-1]), 3, 3))
+    for number, mesh in enumerate(geometry.which):
+        matrix, begin = geometry.matrices[number], geometry.first[number]
+        part = corners[begin : geometry.first[number + 1]]
+        np.matmul(local[mesh], matrix[:, :3].T, out=part)
+        part += matrix[:, 3]
+    return corners, np.repeat(np.arange(len(geometry.which)), np.diff(geometry.first))
+
+
+@boxes_around.register
+def _(geometry: Instanced) -> np.ndarray:
+    return geometry.boxes.copy()
+
+
+@hulls_of.register
+def _(geometry: Instanced) -> tuple[np.ndarray, np.ndarray]:
+    return hulls_of_boxes(geometry.boxes)

@@ -1,0 +1,293 @@
+"""The scene: items in world space, with what is known about where they came from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+
+from ..errors import InputError
+from ..geometry.geometry import boxes_around, in_order
+from ..geometry.instances import Instanced, flattened, is_of_triangles
+from ..geometry.triangle import Triangles, all_triangles
+from ..memory import refuse_if_too_large, refuse_if_unnumbered
+from .camera import ORTHOGRAPHIC, PERSPECTIVE, Camera
+from .light import AREA, LIGHT_KINDS, POINT, SPOT, SUN, Light, point_lights
+
+__all__ = [
+    "AREA", "LIGHT_KINDS", "ORTHOGRAPHIC", "PERSPECTIVE", "POINT", "SPOT", "SUN", "Camera", "Light",
+    "Scene", "point_lights",
+]  # fmt: skip
+
+SMALLEST, LARGEST = 1e-100, 1e100
+"""Sizes in between, products of three coordinates are in the range of float64."""
+
+THINNEST = 1e-100
+"""Share of the scene's longest side below which another one is taken as flat. A thin side's
+products with others would lose their digits, and there is no cell between numbers near 1e-310."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that rays can hit, in world space.
+
+    Make one with :meth:`from_triangles`, which checks and cleans the input. An
+    item is what a ray hits and a hit is known by, such as a triangle.
+
+    Attributes
+    ----------
+    name, source : str
+        Short name, and where it came from (file, sample scene, Blender file).
+    geometry : NamedTuple of arrays
+        The items, in their order, see :mod:`.geometry.geometry`.
+    primitive_ids : (n,) int32
+        Index of each item in the order of its source. Ascending; it differs from ``arange(n)`` only
+        where triangles were dropped.
+    dropped : int
+        Triangles left out because a coordinate was not a finite number.
+    object_ids : (n,) int32
+        Index into `object_names` of the object each item belongs to.
+    object_names : tuple of str
+    lower, upper : (3,) float64
+        The box around all items.
+    camera : Camera or None
+        The scene's own camera, if it has one.
+    lights : tuple of Light
+    notes : tuple of str
+        What the source has and was not read, or was read otherwise than it says; one sentence each,
+        without a full stop. They are said once and stand in the record.
+    """
+
+    name: str
+    source: str
+    geometry: Any
+    primitive_ids: np.ndarray
+    dropped: int
+    object_ids: np.ndarray
+    object_names: tuple[str, ...]
+    lower: np.ndarray
+    upper: np.ndarray
+    camera: Camera | None = None
+    lights: tuple[Light, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def from_triangles(
+        cls,
+        triangles: np.ndarray,
+        name: str,
+        source: str = "",
+        *,
+        object_ids: np.ndarray | None = None,
+        object_names: tuple[str, ...] = (),
+        camera: Camera | None = None,
+        lights: Sequence[Light] = (),
+        notes: tuple[str, ...] = (),
+    ) -> Scene:
+        """Check, clean and wrap triangles.
+
+        Parameters
+        ----------
+        triangles : (n, 3, 3) array_like of float
+            Corner positions in world space.
+
+        Raises
+        ------
+        InputError
+            When no triangle is left that a ray could hit.
+        """
+        triangles = np.array(triangles, dtype=np.float64, order="C").reshape(-1, 3, 3)
+        if len(triangles) == 0:
+            raise InputError(f"{name} has no triangles; choose a mesh with faces", name)
+        refuse_if_unnumbered(len(triangles), f"triangles of {name}", "use a part of it")
+        # A float32 file may hold values up to 3e38; what is larger than we can compute with is
+        # treated like infinity.
+        usable = (np.abs(triangles) < LARGEST).all(axis=(1, 2))
+        kept = np.flatnonzero(usable).astype(np.int32)
+        dropped = len(triangles) - len(kept)
+        if len(kept) == 0:
+            raise InputError(f"every vertex of {name} is NaN or infinite; repair the mesh", name)
+        if dropped:
+            triangles = np.ascontiguousarray(triangles[kept])
+        if object_ids is None:
+            object_ids, object_names = np.zeros(len(kept), dtype=np.int32), object_names or (name,)
+        else:
+            object_ids = np.ascontiguousarray(object_ids[kept], dtype=np.int32)
+        lower, upper = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+        notes = (*notes, *_flatten(triangles, lower, upper))
+        _refuse_if_all_degenerate(triangles, lower, upper, name)
+        geometry = all_triangles(triangles)
+        return cls(
+            name, source or name, geometry, kept, dropped, object_ids, tuple(object_names),
+            lower, upper, camera, tuple(lights), notes,
+        )  # fmt: skip
+
+    @classmethod
+    def from_instances(
+        cls,
+        geometry: Instanced,
+        name: str,
+        source: str = "",
+        *,
+        object_ids: np.ndarray | None = None,
+        object_names: tuple[str, ...] = (),
+        camera: Camera | None = None,
+        lights: Sequence[Light] = (),
+        notes: tuple[str, ...] = (),
+    ) -> Scene:
+        """Wrap meshes in places, see :func:`.geometry.instances.instanced`.
+
+        Parameters
+        ----------
+        object_ids : (n,) int, optional
+            Of each instance; without them each mesh is an object.
+
+        Raises
+        ------
+        InputError
+            When the scene is too large or too small to compute with.
+        """
+        count = len(geometry.ids)
+        lower, upper = geometry.boxes[:, :3].min(axis=0), geometry.boxes[:, 3:].max(axis=0)
+        _refuse_sizes(lower, upper, name)
+        if object_ids is None:
+            object_ids = geometry.which
+            object_names = object_names or tuple(
+                f"{name} {number}" for number in range(len(geometry.meshes))
+            )
+        return cls(
+            name, source or name, geometry, np.arange(count, dtype=np.int32), 0,
+            np.ascontiguousarray(object_ids, dtype=np.int32), tuple(object_names), lower, upper,
+            camera, tuple(lights), notes,
+        )  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.geometry.ids)
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """Corner positions, (n, 3, 3) float64, of a scene that holds triangles alone.
+
+        Raises
+        ------
+        InputError
+            For one that holds other items as well.
+        """
+        if not isinstance(self.geometry, Triangles):
+            self.refuse_other_items("this is done")
+        return self.geometry.corners
+
+    def refuse_other_items(self, what: str) -> NoReturn:
+        """Raise InputError: something is for triangles only, and there are other items.
+
+        Parameters
+        ----------
+        what : str
+            ``"bsp divides"``.
+        """
+        raise InputError(
+            f"{what} with triangles only, and {self.name} holds other items as well; choose "
+            "another structure or setting, or a scene of triangles",
+            self.name,
+        )
+
+    @property
+    def counted(self) -> str:
+        """How many items there are, in words: ``"4096 triangles"``."""
+        if isinstance(self.geometry, Triangles):
+            return f"{len(self)} triangles"
+        kind = "instances" if isinstance(self.geometry, Instanced) else "items"
+        return f"{len(self)} {kind}"
+
+    def flat(self) -> Scene:
+        """Return the scene with its instances as triangles in world space.
+
+        Triangles are in the order in which the primitives of instances are counted.
+
+        Raises
+        ------
+        InputError
+            If meshes hold other items, or the triangles are too many.
+        """
+        if not isinstance(self.geometry, Instanced):
+            return self
+        if not is_of_triangles(self.geometry):
+            self.refuse_other_items("instances are flattened")
+        count = int(self.geometry.first[-1])
+        refuse_if_too_large(
+            150 * count, f"{self.name} with {count} triangles", "keep its instances"
+        )
+        corners, owners = flattened(self.geometry)
+        return Scene.from_triangles(
+            corners, self.name, self.source, object_ids=self.object_ids[owners],
+            object_names=self.object_names, camera=self.camera, lights=self.lights,
+            notes=self.notes,
+        )  # fmt: skip
+
+    def items(self, order: np.ndarray | None = None) -> Any:
+        """Return the items as structures hold them, in scene order or permuted by `order`."""
+        return in_order(self.geometry, np.arange(len(self)) if order is None else order)
+
+    def boxes(self) -> np.ndarray:
+        """Return the box of every item, (n, 6) float64; an array of the caller's own."""
+        return boxes_around(self.geometry)
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the box around the scene."""
+        return float(np.linalg.norm(self.upper - self.lower))
+
+
+def _refuse_sizes(lower: np.ndarray, upper: np.ndarray, name: str) -> None:
+    """Raise InputError for a scene whose size, or that along an axis, is no size to compute with.
+
+    Triangles are drawn flat instead, see :func:`_flatten`; solids and matrices cannot be.
+    """
+    size = upper - lower
+    if not (np.abs([lower, upper]) < LARGEST).all():
+        raise InputError(f"{name} is too large to compute with; scale it", name)
+    if size.max() < SMALLEST or ((size > 0.0) & (size < THINNEST * size.max())).any():
+        raise InputError(f"{name} is too small or too thin to compute with; scale it", name)
+
+
+def _flatten(triangles: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> list[str]:
+    """Make axes exactly flat, in place, along which a scene is thinner than THINNEST.
+
+    Returns
+    -------
+    list of str
+        A note for each such axis.
+    """
+    sizes, notes = upper - lower, []
+    for axis in np.flatnonzero((sizes > 0.0) & (sizes < THINNEST * sizes.max())):
+        place = min(max(lower[axis], 0.0), upper[axis])
+        triangles[:, :, axis] = lower[axis] = upper[axis] = place
+        notes.append(
+            f"it is {sizes[axis]:.1g} units thick along {'xyz'[axis]}, which is taken as flat: "
+            f"that is less than {THINNEST:g} of its longest side"
+        )
+    return notes
+
+
+def _refuse_if_all_degenerate(
+    triangles: np.ndarray, lower: np.ndarray, upper: np.ndarray, name: str
+) -> None:
+    """Raise InputError if every triangle has zero area: there is nothing to hit or to divide."""
+    # Scaled to the unit box first: at 1e-200 the cross product would underflow to zero.
+    scale = float((upper - lower).max())
+    if 0.0 < scale < SMALLEST:
+        raise InputError(
+            f"{name} is {scale:.1g} units large, too small to compute with; scale it", name
+        )
+    if scale > 0.0:
+        unit = (triangles - lower) / scale
+        if np.cross(unit[:, 1] - unit[:, 0], unit[:, 2] - unit[:, 0]).any():
+            return
+    count = (
+        "its only triangle has" if len(triangles) == 1 else f"all {len(triangles)} triangles have"
+    )
+    raise InputError(
+        f"{name}: {count} zero area, so no ray can hit; check the object's scale", name
+    )

@@ -1,0 +1,120 @@
+"""The hierarchies of the meshes of instances (BLAS), one after the other in one forest.
+
+A kernel is compiled for types, and a tuple of hierarchies would be a type for each length. So the
+trees of all meshes lie in one set of arrays, each with its root, and so do their items.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...contract.instances import NOWHERE, Instances
+from ...geometry.box import Boxes
+from ...geometry.geometry import in_order, joined
+from ...geometry.instances import Instanced, inverted, levels_of_mesh
+from ...progress import SILENT, Progress
+from .grouping import group
+from .settings import BVHSettings
+from .topology.tree import Tree
+from .walks.binary_walk import Binary
+
+
+def instances_of(
+    geometry: Instanced,
+    settings: Any,
+    progress: Progress = SILENT,
+) -> Instances:
+    """Return instances as kernels see them, with a hierarchy for each mesh.
+
+    Parameters
+    ----------
+    settings : BVHSettings
+        How the meshes' triangles are grouped. Their trees are binary, their volumes boxes.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    forest, roots, items = forest_of(geometry.meshes, settings, progress)
+    to_object, is_singular = inverted(geometry.matrices)
+    return Instances(
+        geometry.ids, geometry.reach, geometry.boxes, to_object,
+        np.where(is_singular, NOWHERE, geometry.which).astype(np.int32), geometry.masks,
+        geometry.first[:-1].copy(), forest, roots, items,
+        np.array([mesh.reach for mesh in geometry.meshes]), levels_of_mesh(geometry),
+    )  # fmt: skip
+
+
+def forest_of(
+    meshes: Sequence[Any], settings: Any, progress: Progress
+) -> tuple[Binary, np.ndarray, Any]:
+    """Return the trees of meshes in one, the root of each, (m,) int32, and all their items."""
+    settings = dataclasses.replace(settings, volume="aabb", arity="2")
+    trees, orders = [], []
+    for mesh in meshes:
+        grouping, _ = group(mesh, settings, progress, False)
+        trees.append(grouping.tree)
+        orders.append(grouping.order)
+    items = joined_items(meshes, orders, settings, progress)
+    return (*joined_trees(trees, [len(order) for order in orders]), items)
+
+
+def joined_trees(trees: Sequence[Tree], counts: Sequence[int]) -> tuple[Binary, np.ndarray]:
+    """Return trees one after the other, over references that are, too, and their roots."""
+    roots = np.cumsum([0] + [len(tree.size) for tree in trees])
+    references = np.cumsum([0, *counts])
+    first = [
+        tree.first + np.where(tree.size == 0, root, reference)
+        for tree, root, reference in zip(trees, roots, references, strict=False)
+    ]
+    return (
+        Binary(
+            Boxes(np.concatenate([tree.boxes for tree in trees])),
+            np.concatenate(first).astype(np.int32),
+            np.concatenate([tree.size for tree in trees]),
+        ),
+        roots[:-1].astype(np.int32),
+    )
+
+
+def joined_items(
+    meshes: Sequence[Any], orders: Sequence[np.ndarray], settings: Any, progress: Progress
+) -> Any:
+    """Return the items of meshes, each in its order, one mesh after the other."""
+    if isinstance(meshes[0], Instanced):
+        return joined_instances(meshes, orders, settings, progress)
+    parts = [in_order(mesh, order) for mesh, order in zip(meshes, orders, strict=True)]
+    return joined(parts[0], parts[1:])
+
+
+def joined_instances(
+    meshes: Sequence[Instanced],
+    orders: Sequence[np.ndarray],
+    settings: Any,
+    progress: Progress,
+) -> Instances:
+    """Return the instances that meshes are made of, over one forest of what these are made of."""
+    all_below = [below for mesh in meshes for below in mesh.meshes]
+    shift = np.cumsum([0] + [len(mesh.meshes) for mesh in meshes])
+    whole = Instanced(
+        tuple(all_below),
+        np.concatenate([mesh.which + n for mesh, n in zip(meshes, shift, strict=False)]),
+        np.concatenate([mesh.matrices for mesh in meshes]),
+        np.concatenate([mesh.masks for mesh in meshes]),
+        np.concatenate([mesh.boxes for mesh in meshes]),
+        np.concatenate([*(mesh.first[:-1] for mesh in meshes), [0]]),
+        np.concatenate([mesh.ids for mesh in meshes]), meshes[0].reach,
+    )  # fmt: skip
+    starts = np.cumsum([0] + [len(mesh.ids) for mesh in meshes])
+    order = np.concatenate([order + start for order, start in zip(orders, starts, strict=False)])
+    return in_order(instances_of(whole, settings, progress), order)
+
+
+@in_order.register
+def _(geometry: Instanced, order: np.ndarray) -> Instances:
+    return in_order(instances_of(geometry, BVHSettings()), order)
