@@ -25,7 +25,8 @@ from ..geometry.box import boxes_overlap, span_box
 from ..geometry.box_shape import hulls_of_boxes
 from ..geometry.geometry import boxes_around, clip_box, hulls_of, in_order, intersect, overlaps
 from ..geometry.rays import ray_along
-from ..geometry.triangle import NO_HIT, Triangles
+from ..geometry.triangle import NO_HIT
+from ..geometry.triangles import Triangles
 from ..kernels import dispatched, implements, inner
 from .events import COUNTS, COUNTS_OF_LEVEL, LEVEL_NOW
 from .structure import walk

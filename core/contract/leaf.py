@@ -13,9 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+# Imported for what it registers: how a triangle is met.
+from ..geometry import triangle as triangle
 from ..geometry.geometry import intersect
 from ..geometry.rays import ALL, ANY
-from ..geometry.triangle import Triangles
+from ..geometry.triangles import Triangles
 from ..kernels import dispatched, implements
 from .events import HIT, MAILBOX, NONE, POSTPONE, TEST, note
 from .instances import Instances

@@ -22,7 +22,7 @@ import numpy as np
 from ..errors import InputError
 from ..geometry.instances import levels_of_mesh
 from ..geometry.rays import RayArrays, Rays, make_ray
-from ..geometry.triangle import Triangles
+from ..geometry.triangles import Triangles
 from ..kernels import call, dispatched, kernel
 from ..memory import refuse_if_too_large
 from ..parallel import Spare, for_chunks
@@ -368,7 +368,7 @@ class Structure(abc.ABC):
         if query is not None:
             arrays = arrays._replace(queries=np.full(count, query, dtype=np.uint8))
         t = np.empty(count)
-        primitive = np.empty(count, dtype=self._number_type)
+        primitive: np.ndarray = np.empty(count, dtype=self._number_type)
         counters = np.empty((count, len(self.counters)), dtype=np.int32)
         spare = Spare(self._deep_workspace)
 

@@ -22,6 +22,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernels import inlined, inner
+from .instances import EVERY_OBJECT
 
 CLOSEST = 0
 """Query: the nearest hit; of several at the same t the lowest primitive id."""
@@ -36,9 +37,6 @@ ULPS = 8 * np.finfo(np.float64).eps
 
 NOBODY = -1
 """Source, target or pixel of a ray that has none."""
-
-EVERY_OBJECT = 0xFF
-"""The mask of a ray that meets instances whatever their masks."""
 
 
 @dataclass(frozen=True)

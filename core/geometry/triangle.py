@@ -14,26 +14,18 @@ S. Woop, C. Benthin, I. Wald: Watertight Ray/Triangle Intersection, JCGT 2(1), 2
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 
-from ..kernels import call, implements, inlined, inner, kernel
-from ..parallel import Team
-from ..progress import SILENT
-from .box import boxes_of
+from ..kernels import implements, inlined, inner
 from .clip import clip, fit
-from .geometry import boxes_around, clip_box, hulls_of, in_order, intersect, joined, overlaps
+from .geometry import clip_box, intersect, overlaps
+from .triangles import Triangles
 
 NO_HIT = np.inf
 
 EDGE_ON = 4 * np.finfo(np.float64).eps
 """How far from the ray a hit may be found, relative to the largest coordinate; half the slack of
 rays, which has to hold the roundings of the corners too."""
-
-THIN = 2.0**-7
-"""Share of a scene's largest coordinate below which those along another axis count for more."""
 
 FAINT = 1e-207
 """Determinants below this may have lost digits to underflow: the smallest number, 5e-324, is eps
@@ -44,89 +36,6 @@ VAST = 1e300
 
 SMALL, LARGER = 1e-30, 2.0**330
 """Triangles that look smaller than SMALL are looked at LARGER times larger where it matters."""
-
-
-class Triangles(NamedTuple):
-    """Triangles as the kernels see them, in any order.
-
-    Attributes
-    ----------
-    corners : (n, 3, 3) float64
-    ids : (n,) int32
-        Index of each in the scene; decides ties.
-    reach : (3,) float64
-        Largest absolute coordinate of the whole scene per axis, for the slack of rays. Along an
-        axis that is thin, but not flat, half of the largest of all: the test shears corners along
-        the ray, and so rounds there by what they measure along others.
-    """
-
-    corners: np.ndarray
-    ids: np.ndarray
-    reach: np.ndarray
-
-
-def all_triangles(corners: np.ndarray) -> Triangles:
-    """Return triangles, (n, 3, 3), as a geometry, in the order in which they are."""
-    lower, upper = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    ids = np.arange(len(corners), dtype=np.int32)
-    return Triangles(corners, ids, reach_of(lower, upper))
-
-
-def reach_of(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Return the reach, (3,), of what lies in a box."""
-    reach = np.maximum(np.abs(lower), np.abs(upper))
-    reach[(upper > lower) & (reach < THIN * reach.max())] = 0.5 * reach.max()
-    return reach
-
-
-@in_order.register
-def _(geometry: Triangles, order: np.ndarray) -> Triangles:
-    order = order.astype(np.int32, copy=False)
-    corners = np.empty((len(order), 3, 3))
-    with Team(SILENT, "Copying triangles") as team:
-        team.run(
-            lambda first, last: call(copy_triangles, geometry.corners, order, corners, first, last),
-            len(order),
-        )
-    return Triangles(corners, order, geometry.reach)
-
-
-@joined.register
-def _(first: Triangles, others: Sequence[Triangles]) -> Triangles:
-    parts = [first, *others]
-    return Triangles(
-        np.concatenate([part.corners for part in parts]),
-        np.concatenate([part.ids for part in parts]), np.maximum.reduce([p.reach for p in parts]),
-    )  # fmt: skip
-
-
-@boxes_around.register
-def _(geometry: Triangles) -> np.ndarray:
-    return boxes_of(geometry.corners)
-
-
-@hulls_of.register
-def _(geometry: Triangles) -> tuple[np.ndarray, np.ndarray]:
-    return geometry.corners, np.arange(len(geometry.corners) + 1)
-
-
-@kernel
-def copy_triangles(corners, order, out, first, last):
-    """Copy the triangles of the references ``first <= i < last``.
-
-    Rounding could let a ray hit collinear corners. Drawn together to one point, all edge functions
-    are exactly zero.
-    """
-    for i in range(first, last):
-        source, copy = corners[order[i]], out[i]
-        for axis in range(3):
-            for k in range(3):
-                copy[k, axis] = source[k, axis]
-        ux, uy, uz = copy[1, 0] - copy[0, 0], copy[1, 1] - copy[0, 1], copy[1, 2] - copy[0, 2]
-        vx, vy, vz = copy[2, 0] - copy[0, 0], copy[2, 1] - copy[0, 1], copy[2, 2] - copy[0, 2]
-        if uy * vz == uz * vy and uz * vx == ux * vz and ux * vy == uy * vx:
-            for axis in range(3):
-                copy[1, axis] = copy[2, axis] = copy[0, axis]
 
 
 @implements(intersect, Triangles, inline=True)

@@ -18,7 +18,6 @@ import numpy as np
 
 from ..colours import ramp
 from ..contract.build_log import SPLIT, BuildLog
-from ..geometry.box import boxes_of
 from ..geometry.box_shape import box_segments
 from ..parallel import Team
 from ..progress import SILENT, Progress

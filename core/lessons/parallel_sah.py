@@ -19,7 +19,6 @@ import numpy as np
 from ..colours import ramp
 from ..contract.build_log import BuildLog
 from ..contract.cells import planes_across
-from ..geometry.box import boxes_of
 from ..geometry.box_shape import box_segments
 from ..kernels import call
 from ..progress import SILENT, Progress
@@ -245,9 +244,7 @@ def min_reduction(bvh: BVH, log: BuildLog) -> Exhibit:
     def reduced(progress: Progress) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
         """Return planes and costs of the candidates, and who is left after each step."""
         progress.report(0, 1, "Looking at all candidates")
-        make_rule, order = data_parallel_rules(
-            Primitives(scene.geometry, scene.boxes()), settings
-        )
+        make_rule, order = data_parallel_rules(Primitives(scene.geometry, scene.boxes()), settings)
         rule = make_rule()
         progress.report(0, 1, "Looking at all candidates")
         call(look_at_candidates, rule, len(order), 0)

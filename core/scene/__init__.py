@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..geometry.geometry import boxes_around, in_order
 from ..geometry.instances import Instanced, flattened, is_of_triangles
-from ..geometry.triangle import Triangles, all_triangles
+from ..geometry.triangles import Triangles, all_triangles
 from ..memory import refuse_if_too_large, refuse_if_unnumbered
 from .camera import ORTHOGRAPHIC, PERSPECTIVE, Camera
 from .light import AREA, LIGHT_KINDS, POINT, SPOT, SUN, Light, point_lights

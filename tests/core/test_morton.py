@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from accelscope.core.contract.workspace import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
-from accelscope.core.geometry.triangle import all_triangles
+from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene import Scene

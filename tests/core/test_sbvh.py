@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
-from accelscope.core.geometry.triangle import all_triangles
+from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.kernels import kernel
 from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import SILENT

@@ -7,7 +7,7 @@ import pytest
 from accelscope.core.contract.workspace import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
-from accelscope.core.geometry.triangle import all_triangles
+from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh import BVHSettings
 from accelscope.core.structures.bvh.builders import BUILDERS

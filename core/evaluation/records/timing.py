@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from ...geometry.rays import RayArrays, make_ray
-from ...geometry.triangle import Triangles, intersect_triangle
+from ...geometry.triangle import intersect_triangle
+from ...geometry.triangles import Triangles
 from ...geometry.volume import MOST_STRIPS
 from ...kernels import call, kernel
 from ...progress import SILENT

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.triangle import Triangles
+from ...geometry.triangles import Triangles
 from ...kernels import call
 from ...memory import MOST_NUMBERS, refuse_if_too_large
 from ...progress import Progress

@@ -20,7 +20,7 @@ from ...contract.statistics import Statistics
 from ...contract.structure import Structure, intersection_cost, traversal_cost
 from ...errors import InputError
 from ...geometry.box_shape import surface_area
-from ...geometry.triangle import Triangles
+from ...geometry.triangles import Triangles
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...scene import Scene

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from ...geometry.geometry import boxes_around
-from ...geometry.triangle import Triangles
+from ...geometry.triangles import Triangles
 
 REFERENCES_PER_CELL, USUAL_DENSITY = 20, 3.0
 """So at the usual density, or less, there are about 60 references per triangle at most. Scans,

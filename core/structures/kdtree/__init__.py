@@ -25,7 +25,8 @@ from ...geometry.box_shape import surface_area
 from ...geometry.clip import POLYGON_SIZE, add_clipped_areas
 from ...geometry.geometry import boxes_around
 from ...geometry.rays import ULPS
-from ...geometry.triangle import Triangles, areas_of
+from ...geometry.triangle import areas_of
+from ...geometry.triangles import Triangles
 from ...kernels import call
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress

@@ -13,7 +13,7 @@ import numpy as np
 from ....geometry.box_shape import hulls_of_boxes
 from ....geometry.clip import POLYGON_SIZE, clip
 from ....geometry.geometry import hulls_of
-from ....geometry.triangle import Triangles
+from ....geometry.triangles import Triangles
 from ....kernels import call, kernel
 from ....parallel import for_chunks
 from ....progress import Progress

@@ -9,7 +9,7 @@ import numpy as np
 from ....geometry.box import Boxes
 from ....geometry.kdop import KDOPs
 from ....geometry.rays import ULPS
-from ....geometry.triangle import Triangles
+from ....geometry.triangles import Triangles
 from ....progress import SILENT
 from ....ranges import ranges
 from .fit import sticking_out

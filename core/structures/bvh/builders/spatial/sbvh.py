@@ -30,7 +30,7 @@ from .....errors import InputError
 from .....geometry.box import area_of
 from .....geometry.box_shape import surface_area
 from .....geometry.rays import ULPS
-from .....geometry.triangle import Triangles
+from .....geometry.triangles import Triangles
 from .....kernels import call, inner, kernel
 from .....parallel import core_count
 from .....progress import Progress
