@@ -26,7 +26,7 @@ def violations_of(
     referred_to: Any,
     parts: np.ndarray | None,
     geometry: Any,
-    boxes: np.ndarray,
+    around: np.ndarray,
 ) -> list[str]:
     """Return the violated invariants of a hierarchy, one sentence each.
 
@@ -44,8 +44,8 @@ def violations_of(
         Boxes of the parts that references stand for, if not for whole triangles.
     geometry : NamedTuple of arrays
         Of the scene.
-    boxes : (n, 6) float64
-        Of its items.
+    around : (n, 6) float64
+        The boxes of its items.
     """
     violations = []
     volumes, first, count = tree.volumes, tree.first, tree.size
@@ -54,7 +54,7 @@ def violations_of(
     ids = referred_to.ids
     if not np.array_equal(np.sort(covered), np.arange(len(ids))):
         violations.append("the leaves do not partition the references")
-    if not np.array_equal(np.unique(ids), np.arange(len(boxes))):
+    if not np.array_equal(np.unique(ids), np.arange(len(around))):
         violations.append("an item is referenced nowhere")
     inner = np.flatnonzero(count == 0)
     width = widths[inner]
@@ -77,7 +77,7 @@ def violations_of(
         outsiders = sticking_out(volumes, *pieces)
         if len(outsiders):
             violations.append(f"triangles stick out of {len(outsiders)} nodes")
-    if parts is not None and not covers(geometry, boxes, ids, parts):
+    if parts is not None and not covers(geometry, around, ids, parts):
         violations.append("the parts of a triangle do not cover it")
     return violations
 
