@@ -365,7 +365,7 @@ def test_damage_is_found(build):
     several = numbers[counts > 2][0]
     other = ids.copy()
     other[np.flatnonzero(ids == several)[0]] = numbers[counts > 2][1]
-    structure.triangles = structure.triangles._replace(ids=other)
+    structure.geometry = structure.triangles._replace(ids=other)
     assert "the parts of a triangle do not cover it" in structure.validate()
 
 

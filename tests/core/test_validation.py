@@ -138,7 +138,7 @@ def test_a_wrong_order_of_triangles_is_found(lab, build):
     tree = build("bvh", lab.small_scene("soup"))
     ids = tree.triangles.ids.copy()
     ids[3] = ids[4]
-    tree.triangles = tree.triangles._replace(ids=ids)
+    tree.geometry = tree.triangles._replace(ids=ids)
     assert tree.validate() != []
 
 
