@@ -269,7 +269,8 @@ def test_the_gains_of_all_moves_are_what_the_cost_fell_by(name):
     )
     for tree in trees:
         done = optimised(name, copied(tree), log=True)
-        gains = done.log.cost[np.isin(done.log.kind, (MOVE, REINSERT))]
+        log = done.log()
+        gains = log.cost[np.isin(log.kind, (MOVE, REINSERT))]
         gains = gains[~np.isnan(gains)]
         assert len(gains) == done.made > 0
         assert (gains > 0.0).all()
@@ -392,7 +393,8 @@ def test_a_round_moves_some_of_the_largest_nodes_and_no_other():
     areas = surface_area(start.boxes)
     least = np.sort(areas)[-count]
     assert 0 < done.made <= count
-    moved = done.log.node[done.log.kind == REINSERT]
+    log = done.log()
+    moved = log.node[log.kind == REINSERT]
     assert len(moved) == done.made
     assert (areas[moved] >= least).all()
 

@@ -119,18 +119,19 @@ class LogSoFar:
 
     def __init__(self, grouping: Grouping, tree: LinkedTree) -> None:
         self._grouping = grouping
-        self._later: list[BuildLog] = []
+        self._later: list[Callable[[], BuildLog]] = []
         self._left, self._right = tree.left.copy(), tree.right.copy()
 
-    def go_on(self, tree: LinkedTree, log: BuildLog | None) -> None:
-        """Append what was done to the tree; names are its nodes."""
+    def go_on(self, tree: LinkedTree, log: Callable[[], BuildLog] | None) -> None:
+        """Append what was done to the tree; names in the log are its nodes."""
         assert log is not None
         self._later.append(log)
         self._left, self._right = tree.left.copy(), tree.right.copy()
 
     def until(self, tree: LinkedTree, finished: Tree, order: np.ndarray) -> Callable[[], BuildLog]:
         """Return what puts the log together up to here, where the tree was collapsed just now."""
-        self.go_on(tree, log_of_balancing(tree, self._left, self._right))
+        balanced = log_of_balancing(tree, self._left, self._right)
+        self.go_on(tree, lambda: balanced)
         left, right, later = self._left, self._right, self._later.copy()
         root = root_of(tree)
 
@@ -143,7 +144,7 @@ class LogSoFar:
             cells = cells_of(left, right, root, finished)[numbers]
             whole = replace(built, cells=cells, leaves=names[order])
             for each in later:
-                whole = whole.then(each.renamed(names))
+                whole = whole.then(each().renamed(names))
             return whole
 
         return log
