@@ -25,6 +25,7 @@ from ..geometry.box import boxes_overlap, span_box
 from ..geometry.box_shape import hulls_of_boxes
 from ..geometry.geometry import boxes_around, clip_box, hulls_of, in_order, intersect, overlaps
 from ..geometry.rays import ray_along
+from ..geometry.solids.mixed import Mixed
 from ..geometry.triangle import NO_HIT
 from ..geometry.triangles import Triangles
 from ..kernels import dispatched, implements, inner
@@ -93,6 +94,15 @@ def of_mesh(items, reach):
 def triangles_of_mesh(items, reach):
     """Exchange the reach."""
     return Triangles(items.corners, items.ids, reach)
+
+
+@implements(of_mesh, Mixed)
+def solids_of_mesh(items, reach):
+    """Exchange the reach."""
+    return Mixed(
+        items.kinds, items.rows, items.first, items.size, items.points, items.boxes, items.ids,
+        reach,
+    )  # fmt: skip
 
 
 @implements(of_mesh, Instances)

@@ -13,10 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-# Imported for what it registers: how a triangle is met.
+# Imported for what they register: how a triangle is met, and a solid.
 from ..geometry import triangle as triangle
 from ..geometry.geometry import intersect
 from ..geometry.rays import ALL, ANY
+from ..geometry.solids import crossing as crossing
+from ..geometry.solids import extent as extent
+from ..geometry.solids.mixed import Mixed
 from ..geometry.triangles import Triangles
 from ..kernels import dispatched, implements
 from .events import HIT, MAILBOX, NONE, POSTPONE, TEST, note
@@ -86,6 +89,7 @@ def test_leaf(
     raise TypeError(f"no test_leaf for {type(geometry).__name__}")
 
 
+@implements(test_leaf, Mixed)
 @implements(test_leaf, Instances)
 # Inlined, not called: a fifth faster.
 @implements(test_leaf, Triangles, inline=True)

@@ -55,6 +55,27 @@ def overlaps(geometry, index, box):
 
 
 @dispatched
+def support(geometry, index, x, y, z):
+    """Return the point of an item, (x, y, z), that is farthest in a direction, as rounded."""
+    raise TypeError(f"no support for {type(geometry).__name__}")
+
+
+@dispatched
+def intervals(geometry, index, ray, out):
+    """Write where a ray is inside of an item, and return how many intervals there are.
+
+    They are in order, and begin and end at any t, negative ones too. What is a surface without an
+    inside has none.
+
+    Parameters
+    ----------
+    out : (k, 2) float64
+        Rows of entry and exit.
+    """
+    raise TypeError(f"no intervals for {type(geometry).__name__}")
+
+
+@dispatched
 def clip_box(geometry, index, cell, box, polygon):
     """Shrink a box that holds the part of an item in a cell, (6,) each, as far as is known.
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..kernels import implements, inlined, inner
 from .clip import clip, fit
-from .geometry import clip_box, intersect, overlaps
+from .geometry import clip_box, intersect, intervals, overlaps, support
 from .triangles import Triangles
 
 NO_HIT = np.inf
@@ -65,6 +65,19 @@ def intersect_triangle(corners, index, ray, reach):
     by = corners[index, 1, ray.ky] - ray.oky - ray.shear_y * bz
     cx = corners[index, 2, ray.kx] - ray.okx - ray.shear_x * cz
     cy = corners[index, 2, ray.ky] - ray.oky - ray.shear_y * cz
+    t = intersect_sheared(ax, ay, az, bx, by, bz, cx, cy, cz, ray, reach)
+    return NO_HIT if t == NO_HIT else clamp_to_own_box(corners, index, ray, t)
+
+
+@inlined
+def intersect_sheared(ax, ay, az, bx, by, bz, cx, cy, cz, ray, reach):
+    """Return the t at which a ray hits a triangle, or NO_HIT; not yet clamped.
+
+    Parameters
+    ----------
+    ax, ay, az, ..., cz : float
+        Corners relative to the ray's origin, sheared onto its axis.
+    """
     # Edge functions: of one sign (or zero) all three, or the ray passes outside.
     u = cx * by - cy * bx
     v = ax * cy - ay * cx
@@ -94,7 +107,7 @@ def intersect_triangle(corners, index, ray, reach):
         t = ray.t_min if z == start else ray.shear_z * z
     if not (t >= ray.t_min):
         return NO_HIT
-    return clamp_to_own_box(corners, index, ray, t)
+    return t
 
 
 @inner
@@ -272,6 +285,22 @@ def overlaps_box(corners, index, box):
 def overlaps_one(geometry, index, box):
     """Compare the triangle itself."""
     return overlaps_box(geometry.corners, index, box)
+
+
+@implements(support, Triangles)
+def support_one(geometry, index, x, y, z):
+    """Take the farthest corner."""
+    corners, best, far = geometry.corners, 0, -np.inf
+    for k in range(3):
+        along = x * corners[index, k, 0] + y * corners[index, k, 1] + z * corners[index, k, 2]
+        best, far = (k, along) if along > far else (best, far)
+    return corners[index, best, 0], corners[index, best, 1], corners[index, best, 2]
+
+
+@implements(intervals, Triangles)
+def intervals_one(geometry, index, ray, out):
+    """Write none: a triangle has no inside."""
+    return 0
 
 
 @implements(clip_box, Triangles)
