@@ -69,7 +69,12 @@ class BuildLog:
     cost : (k,) float64
         Of a split Cost(V -> {L, R}) = C_trav + C_isect (SA(L) N_L + SA(R) N_R) / SA(V); of a merger
         the surface area of the box around both; of a move or a reinsertion by how much the SAH cost
-        falls, once for all moves that belong together. NaN where the builder asks for none.
+        falls, once for all moves that belong together. HLBVH reckons it above its treelets alone,
+        and N is how many of those there are.
+
+        NaN where the builder reckons none: splits by index, and those of LBVH, which follow from
+        the codes; branches that are balanced since they are too deep; insertions, which compare by
+        how much boxes grow, on every level anew.
     counts : (k, 2) int32
         References on both sides of a plane, or below the two that are joined; -1 if there is
         neither.

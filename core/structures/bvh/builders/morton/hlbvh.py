@@ -12,7 +12,7 @@ Queues, HPG 2011.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ import numpy as np
 from .....contract.build_log import BuildLog
 from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....geometry.box import area_of, clear, include
+from .....geometry.box_shape import surface_area
 from .....kernels import call, inner, kernel
 from .....parallel import Team
 from .....progress import Progress
@@ -62,9 +63,9 @@ def bin_of(box, axis, low, scale):
 
 @inner
 def find_best(boxes, number, first, last, bins):
-    """Return axis, origin and scale of the bins, and behind which one to cut.
+    """Return axis, origin and scale of the bins, behind which one to cut, and its cost.
 
-    There SA(L) N_L + SA(R) N_R is least. The axis is -1 if all centres coincide.
+    There SA(L) N_L + SA(R) N_R, of N treelets, is least. The axis is -1 if all centres coincide.
     """
     n_bins = len(bins.counts)
     swept = bins.boxes[n_bins]
@@ -104,7 +105,7 @@ def find_best(boxes, number, first, last, bins):
             cost = count * area_of(swept) + bins.costs[b + 1]
             if cost < least:
                 best_axis, best_low, best_scale, best_bin, least = axis, low, scale, b, cost
-    return best_axis, best_low, best_scale, best_bin
+    return best_axis, best_low, best_scale, best_bin, least
 
 
 @kernel
@@ -122,14 +123,13 @@ def build_top(top, boxes, number, deepest, bins, splits, stack):
     deepest : int
         Depth at which every treelet must have its root at the latest.
     splits : Splits
-        Gets the planes; references are treelets, and costs are left out, since they are not
-        counted in triangles.
+        Gets the planes, and SA(L) N_L + SA(R) N_R in place of costs; references are treelets.
     """
     stack[0, 0], stack[0, 1] = 0, 0
     height, child = 1, 1
     while height > 0:
         height -= 1
-        node, depth = stack[height, 0], stack[height, 1]
+        node, depth, cost = stack[height, 0], stack[height, 1], np.nan
         first = np.int64(top.begin[node])
         last = first + top.size[node]
         if last - first == 1:
@@ -137,9 +137,9 @@ def build_top(top, boxes, number, deepest, bins, splits, stack):
         middle, split_axis, position = (first + last) >> 1, -1, 0.0
         # As long as halving would still do below.
         if last - first <= 1 << deepest - depth - 1:
-            axis, low, scale, last_left = find_best(boxes, number, first, last, bins)
+            axis, low, scale, last_left, least = find_best(boxes, number, first, last, bins)
             if axis >= 0:
-                split_axis, position = axis, 0.5 * (low + (last_left + 1) / scale)
+                cost, split_axis, position = least, axis, 0.5 * (low + (last_left + 1) / scale)
                 i, middle = first, last
                 while i < middle:
                     if bin_of(boxes[number[i]], axis, low, scale) <= last_left:
@@ -147,7 +147,7 @@ def build_top(top, boxes, number, deepest, bins, splits, stack):
                     else:
                         middle -= 1
                         number[i], number[middle] = number[middle], number[i]
-        note_split(splits, middle, split_axis, position, np.nan, middle - first, last - middle)
+        note_split(splits, middle, split_axis, position, cost, middle - first, last - middle)
         top.first[node] = child
         top.begin[child], top.size[child] = first, middle - first
         top.begin[child + 1], top.size[child + 1] = middle, last - middle
@@ -199,7 +199,11 @@ def build_hlbvh(
             top_splits.axis[1:],
             top_splits.position[1:],
         )
-        return log_of_splits(tree, splits, by_level=True)
+        splits.cost[between] = top_splits.cost[1:]
+        log = log_of_splits(tree, splits, by_level=True)
+        area = surface_area(tree.boxes[log.node])
+        shares = np.divide(log.cost, area, out=np.full(len(area), np.nan), where=area > 0.0)
+        return replace(log, cost=settings.C_trav + settings.C_isect * shares)
 
     return Grouping(tree, order, log=told)
 
