@@ -91,7 +91,7 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
         except (InputError, MemoryError) as error:
             self.report({"ERROR"}, refusal_in_panel(error))
             return {"CANCELLED"}
-        text = f"{sample.label}: {len(scene)} triangles"
+        text = f"{sample.label}: {scene.counted}"
         others = sample_objects.hide_others(context) if self.only else []
         sample_objects.add_scene(context, scene, sample.label)
         if others:

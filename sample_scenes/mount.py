@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.geometry.icosphere import icosphere, icosphere_triangle_count
 from ..core.scene import Camera, Scene, point_lights
 from ..core.settings import setting
-from .icosphere import icosphere, icosphere_triangle_count
 from .sample import Sample
 
 MOUNTAIN_NUMBER = 21  # another number gives another mountain

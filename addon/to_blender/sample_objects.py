@@ -6,12 +6,16 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from ...core.geometry.solids.mixed import Mixed
+from ...core.geometry.solids.tessellation import tessellated
 from ...core.scene import POINT, Camera, Scene
 from ..from_blender import extraction
 
 
 def add_scene(context: bpy.types.Context, scene: Scene, label: str) -> bpy.types.Collection:
     """Add a scene's objects, in a collection of their own, and select them.
+
+    Solids become meshes of triangles: Blender builds over those.
 
     Parameters
     ----------
@@ -22,8 +26,13 @@ def add_scene(context: bpy.types.Context, scene: Scene, label: str) -> bpy.types
     context.scene.collection.children.link(collection)
     for obj in context.selected_objects:
         obj.select_set(False)
+    if isinstance(scene.geometry, Mixed):
+        triangles, owners = tessellated(scene.geometry)
+        object_ids = scene.object_ids[owners]
+    else:
+        triangles, object_ids = scene.triangles, scene.object_ids
     for number, name in enumerate(scene.object_names):
-        mesh = mesh_of(scene.triangles[scene.object_ids == number], name)
+        mesh = mesh_of(triangles[object_ids == number], name)
         obj = bpy.data.objects.new(name, mesh)
         collection.objects.link(obj)
         obj.select_set(True)

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from accelscope.core.geometry.solids.mixed import Mixed
+from accelscope.core.geometry.solids.tessellation import tessellated
 from accelscope.core.structures import structures
 from accelscope.sample_scenes import samples
 
@@ -121,8 +123,12 @@ def test_add_sample_scene_adds_the_scene_of_the_core(bpy: Any, name: str) -> Non
     sample = samples()[name]
     expected = sample.generate(sample.Settings())
     scene = extraction.extract(bpy.context, extraction.VISIBLE)
-    assert len(scene) == len(expected)
-    by_name = {n: expected.triangles[expected.object_ids == i]
+    if isinstance(expected.geometry, Mixed):
+        triangles, owners = tessellated(expected.geometry)
+    else:
+        triangles, owners = expected.triangles, np.arange(len(expected))
+    assert len(scene) == len(triangles)
+    by_name = {n: triangles[expected.object_ids[owners] == i]
                for i, n in enumerate(expected.object_names)}  # fmt: skip
     for number, object_name in enumerate(scene.object_names):
         np.testing.assert_array_equal(

@@ -4,10 +4,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from accelscope.core.geometry.icosphere import icosphere
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.scene import Scene
 from accelscope.sample_scenes import make_sample, samples
-from accelscope.sample_scenes.icosphere import icosphere
 from accelscope.sample_scenes.mount import SPHERE_RADIUS, sphere_centres
 
 # ------------------------------------------------------------------------------ exact arithmetic

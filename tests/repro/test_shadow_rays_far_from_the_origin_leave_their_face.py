@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from accelscope.core.evaluation.rays.workloads import CameraSettings, CameraWorkload
+from accelscope.core.geometry.icosphere import icosphere
 from accelscope.core.scene import Camera, Scene, point_lights
 from accelscope.core.structures.bvh import BVH
 from accelscope.sample_scenes import make_sample
-from accelscope.sample_scenes.icosphere import icosphere
 
 FINEST = 2.0**-12
 """All coordinates are multiples of this, which moving by a power of two leaves as they are."""

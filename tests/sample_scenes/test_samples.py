@@ -9,10 +9,10 @@ import sys
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
+from accelscope.core.geometry.icosphere import icosphere, icosphere_triangle_count
 from accelscope.core.settings import describe
 from accelscope.sample_scenes import make_sample, sample_named, samples
 from accelscope.sample_scenes.catmull_clark import subdivide, triangulate
-from accelscope.sample_scenes.icosphere import icosphere, icosphere_triangle_count
 from accelscope.sample_scenes.mount import MOUNTAIN_NUMBER, gauss, grid_hash, sphere_centres
 from accelscope.sample_scenes.teapot_in_stadium import teapot
 
