@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..geometry.box_shape import surface_area
-from ..geometry.geometry import boxes_around
 from ..kernels import call, kernel
 from ..progress import SILENT, Progress
 from ..structures.bvh.builders.top_down import binned_sah, parallel_split, sweep_sah
@@ -99,8 +98,8 @@ def split_curve(bvh: BVH, node: int, builder: str = "", progress: Progress = SIL
     begin, end = ranges_of(bvh.arrays.first, bvh.arrays.size, bvh.width())
     # By id, as the builder had them: of equal centroids the lower id comes first.
     ids = np.sort(bvh.geometry.ids[begin[node] : end[node]])
-    items = bvh.scene.items(ids)
-    primitives = Primitives(items, boxes_around(items))
+    # Boxes as the builder had them: those of the copies that walks test need not be the same.
+    primitives = Primitives(bvh.scene.items(ids), bvh.scene.boxes()[ids])
     n_rows = 3 * max(settings.bins, len(ids))
     make_rule, _ = RULES[builder or settings.builder](primitives, settings, n_rows)
     rule = make_rule()

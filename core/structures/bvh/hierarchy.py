@@ -22,7 +22,7 @@ from ...contract.statistics import Statistics
 from ...contract.structure import Structure
 from ...contract.workspace import STACK_SIZE, Workspace, make_workspace
 from ...errors import InputError
-from ...geometry.box import Boxes, boxes_of
+from ...geometry.box import Boxes
 from ...geometry.box_shape import surface_area
 from ...geometry.geometry import in_order
 from ...geometry.instances import Instanced
@@ -251,8 +251,8 @@ class BVH(Structure):
         return referred(self.geometry, self.parts, begin, end, progress)
 
     def reference_boxes(self) -> np.ndarray:
-        """Return the boxes of what references stand for, (n_references, 6)."""
-        return boxes_of(self.triangles.corners) if self.parts is None else self.parts
+        """Return the boxes of what references stand for, as the builder had them, (n, 6)."""
+        return self.scene.boxes()[self.geometry.ids] if self.parts is None else self.parts
 
     def width(self) -> np.ndarray:
         """Return how many children every node has, (n_nodes,) int."""
