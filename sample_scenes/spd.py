@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..core.geometry.solids.description import Item, Polygon
-from ..core.materials import Material
+from ..core.scene.material import Material
 
 Described = Iterator[tuple[Item, Material]]
 """Items with their materials, in the order of the program's output."""

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.solids.description import Polygon, Triangle
-from ..core.materials import Material, shine_of
 from ..core.scene import Camera, point_lights
+from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
 from .spd import Described
 from .teapot_in_stadium import teapot

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.solids.description import Cone, Sphere
-from ..core.materials import Material
 from ..core.scene import Camera, point_lights
+from ..core.scene.material import Material
 from ..core.settings import setting
 from .spd import Described, level_square, rotation
 

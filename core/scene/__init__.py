@@ -11,10 +11,13 @@ import numpy as np
 from ..errors import InputError
 from ..geometry.geometry import boxes_around, in_order
 from ..geometry.instances import Instanced, flattened, is_of_triangles
+from ..geometry.solids.description import Item
+from ..geometry.solids.making import mixed_of
 from ..geometry.triangles import Triangles, all_triangles
 from ..memory import refuse_if_too_large, refuse_if_unnumbered
 from .camera import ORTHOGRAPHIC, PERSPECTIVE, Camera
 from .light import AREA, LIGHT_KINDS, POINT, SPOT, SUN, Light, point_lights
+from .material import Material
 
 __all__ = [
     "AREA", "LIGHT_KINDS", "ORTHOGRAPHIC", "PERSPECTIVE", "POINT", "SPOT", "SUN", "Camera", "Light",
@@ -33,8 +36,8 @@ products with others would lose their digits, and there is no cell between numbe
 class Scene:
     """Everything that rays can hit, in world space.
 
-    Make one with :meth:`from_triangles`, which checks and cleans the input. An
-    item is what a ray hits and a hit is known by, such as a triangle.
+    Make one with :meth:`from_triangles`, :meth:`from_items` or :meth:`from_instances`, which check
+    and clean the input. An item is what a leaf holds: a triangle, a solid, or a mesh's instance.
 
     Attributes
     ----------
@@ -55,6 +58,9 @@ class Scene:
     camera : Camera or None
         The scene's own camera, if it has one.
     lights : tuple of Light
+    materials : tuple of Material
+    material_ids : (n,) int32 or None
+        Index into `materials` of each item, if there are any.
     notes : tuple of str
         What the source has and was not read, or was read otherwise than it says; one sentence each,
         without a full stop. They are said once and stand in the record.
@@ -72,6 +78,8 @@ class Scene:
     camera: Camera | None = None
     lights: tuple[Light, ...] = ()
     notes: tuple[str, ...] = ()
+    materials: tuple[Material, ...] = ()
+    material_ids: np.ndarray | None = None
 
     @classmethod
     def from_triangles(
@@ -122,6 +130,51 @@ class Scene:
         return cls(
             name, source or name, geometry, kept, dropped, object_ids, tuple(object_names),
             lower, upper, camera, tuple(lights), notes,
+        )  # fmt: skip
+
+    @classmethod
+    def from_items(
+        cls,
+        items: Sequence[Item],
+        name: str,
+        source: str = "",
+        *,
+        object_ids: np.ndarray | None = None,
+        object_names: tuple[str, ...] = (),
+        material_ids: np.ndarray | None = None,
+        materials: Sequence[Material] = (),
+        camera: Camera | None = None,
+        lights: Sequence[Light] = (),
+        notes: tuple[str, ...] = (),
+    ) -> Scene:
+        """Check and wrap elementary solids, polygons and triangles; all kinds may be mixed.
+
+        Parameters
+        ----------
+        items : sequence
+            Of what :mod:`.geometry.solids.description` has words for.
+        material_ids : (n,) int, optional
+            Index into `materials` of each item.
+
+        Raises
+        ------
+        InputError
+            When there are none, or one cannot be.
+        """
+        if not len(items):
+            raise InputError(f"{name} is empty; add something that a ray can hit", name)
+        refuse_if_unnumbered(len(items), f"items of {name}", "use a part of it")
+        geometry = mixed_of(items)
+        boxes = geometry.boxes
+        lower, upper = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
+        _refuse_sizes(lower, upper, name)
+        if object_ids is None:
+            object_ids, object_names = np.zeros(len(items), np.int32), object_names or (name,)
+        return cls(
+            name, source or name, geometry, np.arange(len(items), dtype=np.int32), 0,
+            np.ascontiguousarray(object_ids, dtype=np.int32), tuple(object_names), lower, upper,
+            camera, tuple(lights), notes, tuple(materials),
+            None if material_ids is None else np.asarray(material_ids, dtype=np.int32),
         )  # fmt: skip
 
     @classmethod

@@ -218,7 +218,7 @@ class SortedVolumes(Structure):
         ends = places[offsets]
         outsiders = sticking_out(self.arrays.volumes, corners, ends[:-1], ends[1:])
         if len(outsiders):
-            violations.append(f"triangles stick out of {len(outsiders)} volumes")
+            violations.append(f"items stick out of {len(outsiders)} volumes")
         return violations
 
     def _workspace(self) -> Workspace:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from accelscope.core.geometry.solids.description import Cone, Polygon, Sphere, Triangle
-from accelscope.core.materials import shine_of
+from accelscope.core.scene.material import shine_of
 from accelscope.sample_scenes import (
     balls,
     gears,

@@ -83,7 +83,7 @@ def violations_of(
             ranges_below = ranges_of(first, count, widths)
             outsiders = sticking_out(volumes, *referred(referred_to, parts, *ranges_below, SILENT))
         if len(outsiders):
-            violations.append(f"triangles stick out of {len(outsiders)} nodes")
+            violations.append(f"items stick out of {len(outsiders)} nodes")
     if parts is not None and not covers(geometry, around, ids, parts):
         violations.append("the parts of a triangle do not cover it")
     return violations
