@@ -26,6 +26,8 @@ rays_of, trace = solids_reference.rays_of, solids_reference.trace
 
 EPS = np.finfo(np.float64).eps
 SHEAR = [[1.0, 0.5, 0.2, 1], [0.1, 0.7, -0.4, 2], [0.3, 0.2, 1.5, -1]]
+TURN = np.linalg.qr(np.array([[1.0, 1, 0], [1, -1, 0], [1, 0, 1]]))[0][:, [1, 2, 0]]
+"""A rotation whose third column, but for its sign, is along (1, 1, 1)."""
 SOLIDS = {
     **EVERY_KIND,
     "ellipsoid": Placed(EVERY_KIND["sphere"], SHEAR),
@@ -187,6 +189,33 @@ def test_a_ball_overlaps_the_cells_that_are_as_near_as_its_radius():
     near = np.linalg.norm(nearest - centre, axis=1) <= 1
     assert 500 < near.sum() < 2500
     np.testing.assert_array_equal(does_overlap, near)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(
+    "item",
+    [
+        Disc((0, 0, 0), (1, 1, 1), 3),
+        Polygon([(3, -3, 0), (0, 3, -3), (-3, 0, 3)]),
+        Cone((-1e-3, -1e-3, -1e-3), (1e-3, 1e-3, 1e-3), 3, 3),
+        Placed(Box((-3, -3, -1e-3), (3, 3, 1e-3)), np.column_stack([TURN, np.zeros(3)])),
+    ],
+)
+def test_a_plate_overlaps_no_cell_beside_it(item):
+    """Though its box does: a plate across (1, 1, 1), and cells on both sides of its plane."""
+    rng = np.random.default_rng(6)
+    corner = rng.uniform(-1.5, 1, (2000, 3))
+    cells = np.hstack([corner, corner + 0.25])
+    does_overlap = np.empty(len(cells), bool)
+    geometry = mixed_of([item])
+    call(clip_all, geometry, cells, cells.copy(), np.empty((2 * POLYGON_SIZE, 3)), does_overlap)
+    is_beside = (cells[:, :3].sum(axis=1) > 0.01) | (cells[:, 3:].sum(axis=1) < -0.01)
+    assert is_beside.sum() > 1000
+    assert not does_overlap[is_beside].any()
+    through = (cells[:, :3].sum(axis=1) < -0.01) & (cells[:, 3:].sum(axis=1) > 0.01)
+    inside = through & (np.abs(cells).max(axis=1) < 1)
+    assert inside.sum() > 50
+    assert does_overlap[inside].all()
 
 
 @pytest.mark.parametrize("name", SOLIDS)

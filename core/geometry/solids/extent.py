@@ -19,6 +19,7 @@ from .mixed import (
     CENTRE,
     CONE,
     DISC,
+    MATRIX,
     MOVING_TRIANGLE,
     NORMAL,
     POLYGON,
@@ -102,21 +103,34 @@ def overlaps_mixed(geometry, index, box):
     if kind == MOVING_TRIANGLE:
         return True
     if kind == POLYGON:
-        x, y, z = rows[index, NORMAL, 0], rows[index, NORMAL, 1], rows[index, NORMAL, 2]
-        return not (separates(geometry, index, box, x, y, z)
-                    or separates(geometry, index, box, -x, -y, -z))  # fmt: skip
+        return not is_beyond(geometry, index, box, NORMAL)
+    # Across the sides of the parallelepiped around it: across a disc, along the axis of a cone.
+    for side in range(3):
+        if kind != SPHERE and is_beyond(geometry, index, box, MATRIX + side):
+            return False
     # For a ball, the direction from the nearest point of the box is the right one.
     x, y, z = rows[index, CENTRE, 0], rows[index, CENTRE, 1], rows[index, CENTRE, 2]
     x -= min(max(x, box[0]), box[3])
     y -= min(max(y, box[1]), box[4])
     z -= min(max(z, box[2]), box[5])
-    length = max(abs(x), abs(y), abs(z))
-    return length == 0.0 or not separates(geometry, index, box, x / length, y / length, z / length)
+    return not separates(geometry, index, box, x, y, z)
+
+
+@inner
+def is_beyond(geometry, index, box, row):
+    """Say whether an item and a box lie on two sides of a plane across a row of its numbers."""
+    rows = geometry.rows
+    x, y, z = rows[index, row, 0], rows[index, row, 1], rows[index, row, 2]
+    return separates(geometry, index, box, x, y, z) or separates(geometry, index, box, -x, -y, -z)
 
 
 @inner
 def separates(geometry, index, box, x, y, z):
-    """Say whether an item lies farther in a direction than a box, (6,), does."""
+    """Say whether an item lies farther in a direction, of any length, than a box, (6,), does."""
+    length = max(abs(x), abs(y), abs(z))
+    if length == 0.0:
+        return False
+    x, y, z = x / length, y / length, z / length
     px, py, pz = support(geometry, index, -x, -y, -z)
     # The nearest point of the item, from the farthest of the box.
     bx, by, bz = box[3 if x > 0.0 else 0], box[4 if y > 0.0 else 1], box[5 if z > 0.0 else 2]
