@@ -9,6 +9,7 @@ import pytest
 from accelscope.core.contract.workspace import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import box_segments, surface_area
+from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.kernels import call
 from accelscope.core.lessons import exhibits_of
 from accelscope.core.lessons import parallel_sah as exhibits_parallel
@@ -437,8 +438,9 @@ AWKWARD = {
 @pytest.mark.parametrize("name", AWKWARD)
 def test_awkward_triangles(builder, axis, name):
     """Also those that no scene has, because no ray can hit any of them."""
-    scene = SimpleNamespace(triangles=AWKWARD[name]())
-    boxes = boxes_of(scene.triangles)
+    corners = AWKWARD[name]()
+    boxes = boxes_of(corners)
+    scene = SimpleNamespace(geometry=all_triangles(corners), boxes=boxes.copy)
     defaults = dataclasses.replace(BVHSettings(), builder=builder, axis=axis)
     for changes in (
         {},
