@@ -12,15 +12,23 @@ from ..core.errors import InputError
 from ..core.scene import Scene
 from ..core.settings import parse, parse_spec
 from . import (
+    balls,
     bunny,
+    gears,
+    jacks,
+    lattice,
     mount,
     nonuniform,
+    rings,
     sah_example,
+    shells,
     sombrero,
     soup,
     suzanne,
+    teapot,
     teapot_in_stadium,
     tetra,
+    tree,
 )
 from .sample import Sample
 
@@ -33,9 +41,17 @@ def samples() -> dict[str, Sample]:
         suzanne.SAMPLE,
         bunny.SAMPLE,
         teapot_in_stadium.SAMPLE,
-        tetra.SAMPLE,
+        balls.SAMPLE,
+        gears.SAMPLE,
+        jacks.SAMPLE,
+        lattice.SAMPLE,
         mount.SAMPLE,
+        rings.SAMPLE,
+        shells.SAMPLE,
         sombrero.SAMPLE,
+        teapot.SAMPLE,
+        tetra.SAMPLE,
+        tree.SAMPLE,
         soup.SAMPLE,
         nonuniform.SAMPLE,
         sah_example.SAMPLE,

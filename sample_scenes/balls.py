@@ -17,10 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.solids.description import Sphere
-from ..core.scene import Camera, point_lights
+from ..core.scene import Camera, Scene, point_lights
 from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
-from .spd import Described, level_square, rotation
+from .sample import Sample
+from .spd import Described, level_square, rotation, scene_of
 
 FLOOR = Material("floor", (1.0, 0.75, 0.33), diffuse=0.8)
 MIRROR = Material("spheres", (1.0, 0.9, 0.7), diffuse=0.5, specular=0.5, shine=shine_of(37.0))
@@ -53,6 +54,11 @@ def items(settings: Settings) -> Described:
     up = np.array([0.0, 0.0, 1.0])
     for sphere in spheres(np.zeros(3), ROOT_RADIUS, up, settings.size):
         yield sphere, MIRROR
+
+
+def generate(settings: Settings) -> Scene:
+    """Return the scene."""
+    return scene_of(items(settings), "balls", CAMERA, LIGHTS)
 
 
 def spheres(
@@ -97,3 +103,13 @@ def turn_from_z(direction: np.ndarray) -> np.ndarray:
         return rotation((0.0, 1.0, 0.0), 180.0)
     axis = (-direction[1], direction[0], 0.0)  # +z x direction
     return rotation(axis, np.degrees(np.arccos(direction[2])))
+
+
+SAMPLE = Sample(
+    "balls",
+    "Balls (SPD)",
+    "Snowflake of spheres above a large floor: sizes from one to a hundredth",
+    Settings,
+    count,
+    generate,
+)

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.solids.description import Polygon
-from ..core.scene import Camera, point_lights
+from ..core.scene import Camera, Scene, point_lights
 from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
-from .spd import Described, level_square
+from .sample import Sample
+from .spd import Described, level_square, scene_of
 
 GROUND = Material("ground", (1.0, 0.85, 0.7), diffuse=0.3, specular=0.6, shine=shine_of(37.0))
 
@@ -72,6 +73,11 @@ def items(settings: Settings) -> Described:
             yield polygon, material
 
 
+def generate(settings: Settings) -> Scene:
+    """Return the scene."""
+    return scene_of(items(settings), "gears", CAMERA, LIGHTS)
+
+
 def gear(centre: np.ndarray, radius: float, thickness: float, phase: float) -> Iterator[Polygon]:
     """Yield the polygons of a gear: its top, its flanks one after the other, its bottom.
 
@@ -118,3 +124,13 @@ def gear_material(ix: int, iy: int, iz: int) -> Material:
             name, (red, green, blue), diffuse=0.2, transmission=0.8, index_of_refraction=1.1
         )
     return Material(name, (red, green, blue))
+
+
+SAMPLE = Sample(
+    "gears",
+    "Gears (SPD)",
+    "Meshing gears: concave polygons of 144 corners beside thin flanks",
+    Settings,
+    count,
+    generate,
+)

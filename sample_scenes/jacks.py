@@ -17,10 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.solids.description import Cone, Sphere
-from ..core.scene import Camera, point_lights
+from ..core.scene import Camera, Scene, point_lights
 from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
-from .spd import Described, rotation
+from .sample import Sample
+from .spd import Described, rotation, scene_of
 
 PINK = Material("jacks", (0.737, 0.561, 0.561), diffuse=0.7, specular=0.7, shine=shine_of(20.0))
 
@@ -63,6 +64,11 @@ def items(settings: Settings) -> Described:
             yield Sphere(centre + arm, BALL_RADIUS * radius), PINK
 
 
+def generate(settings: Settings) -> Scene:
+    """Return the scene."""
+    return scene_of(items(settings), "jacks", CAMERA, LIGHTS)
+
+
 def cubes(
     centre: np.ndarray, half_side: float, generations: int
 ) -> Iterator[tuple[np.ndarray, float]]:
@@ -71,3 +77,13 @@ def cubes(
     if generations > 1:
         for signs in itertools.product((-0.5, 0.5), repeat=3):
             yield from cubes(centre + np.multiply(signs, half_side), half_side / 2, generations - 1)
+
+
+SAMPLE = Sample(
+    "jacks",
+    "Jacks (SPD)",
+    "Crosses of rods and balls within each other: all sizes in the same place",
+    Settings,
+    count,
+    generate,
+)

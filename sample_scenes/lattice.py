@@ -15,10 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.solids.description import Cone, Sphere
-from ..core.scene import Camera, point_lights
+from ..core.scene import Camera, Scene, point_lights
 from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
-from .spd import Described
+from .sample import Sample
+from .spd import Described, scene_of
 
 MIRROR = Material("spheres", (0.9, 0.9, 0.9), diffuse=0.5, specular=0.5, shine=shine_of(37.0))
 RODS = (
@@ -78,3 +79,18 @@ def items(settings: Settings) -> Described:
             if place[axis] < n:
                 base, apex = point + start * along, point + (edge - start) * along
                 yield Cone(base, apex, rod, rod, is_capped=False), RODS[axis]
+
+
+def generate(settings: Settings) -> Scene:
+    """Return the scene."""
+    return scene_of(items(settings), "lattice", camera(settings), LIGHTS)
+
+
+SAMPLE = Sample(
+    "lattice",
+    "Lattice (SPD)",
+    "Spheres and rods spread evenly, seen from inside: made for a grid",
+    Settings,
+    count,
+    generate,
+)

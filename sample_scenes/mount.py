@@ -6,9 +6,9 @@ displacement; Fournier, Fussell and Carpenter, Computer rendering of stochastic 
 1982). The displacement of a point depends on its place in the grid alone, so that the two squares
 beside an edge agree about it and the surface has no cracks.
 
-Source: "mount" of the Standard Procedural Databases (Haines, IEEE CG&A 7(11), 1987), with its
-camera and light. Its hash repeats itself over the mountain; that flaw is kept, because published
-numbers were measured on it. The spheres are tessellated here.
+Source: "mount" of the Standard Procedural Databases (``spd.py``), with its camera, light and
+materials: spheres of glass, a matt mountain, before the sky. Its hash repeats itself over the
+mountain; that flaw is kept, because published numbers were measured on it.
 """
 
 from __future__ import annotations
@@ -17,15 +17,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.geometry.icosphere import icosphere, icosphere_triangle_count
+from ..core.geometry.solids.description import Sphere, Triangle
 from ..core.scene import Camera, Scene, point_lights
+from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
 from .sample import Sample
+from .spd import Described, scene_of
+
+GLASS = Material(
+    "glass spheres",
+    (1.0, 1.0, 1.0),
+    diffuse=0.1,
+    specular=0.1,
+    shine=shine_of(6.7),
+    transmission=0.9,
+    index_of_refraction=1.5,
+)
+ROCK = Material("mountain", (0.5, 0.45, 0.35))
 
 MOUNTAIN_NUMBER = 21  # another number gives another mountain
 FRACTAL_DIMENSION = 2.2
 PYRAMID_CENTRE = (-0.8, 0.8, 1.0)
 SPHERE_RADIUS = 0.17
+CAMERA = Camera(
+    position=np.array([-1.6, 1.6, 1.7]), target=np.zeros(3), up=np.array([0.0, 0.0, 1.0]), fov=45.0
+)
+LIGHTS = point_lights((-100.0, -100.0, 100.0))
 
 
 @dataclass(frozen=True)
@@ -33,48 +50,27 @@ class Settings:
     """Settings of mount."""
 
     size: int = setting(
-        6, "Size", "Size factor of the SPD, levels of subdivision: 2 * 4^size triangles, spheres",
+        6, "Size", "Size factor of the SPD, levels of subdivision: 2 * 4^size triangles",
         unit="levels", minimum=1, maximum=7,
     )  # fmt: skip
-    sphere_subdivisions: int = setting(
-        3, "Sphere subdivisions",
-        "Levels of the four icospheres: 1 is the icosahedron, 0 leaves the spheres out",
-        unit="levels", minimum=0, maximum=8,
-    )  # fmt: skip
 
 
-def triangle_count(settings: Settings) -> int:
-    """Return the number of triangles: 2 * 4^size and those of four spheres."""
-    spheres = 4 * icosphere_triangle_count(settings.sphere_subdivisions)
-    return 2 * 4**settings.size + spheres
+def count(settings: Settings) -> int:
+    """Return the number of items: 2 * 4^size triangles and four spheres."""
+    return 2 * 4**settings.size + 4
+
+
+def items(settings: Settings) -> Described:
+    """Yield the spheres, then the mountain in the order of its recursion."""
+    for centre in sphere_centres():
+        yield Sphere(centre, SPHERE_RADIUS), GLASS
+    for corners in grow_mountain(settings.size):
+        yield Triangle(corners), ROCK
 
 
 def generate(settings: Settings) -> Scene:
-    """Return the scene; the mountain covers [-1, 1]^2, z is up.
-
-    The mountain comes first, in the order of its recursion, so that its triangles keep their
-    numbers whatever the tessellation of the spheres.
-    """
-    parts, names = [grow_mountain(settings.size)], ["mountain"]
-    if settings.sphere_subdivisions:
-        unit_sphere = icosphere(settings.sphere_subdivisions)
-        for i, centre in enumerate(sphere_centres(), start=1):
-            parts.append(centre + SPHERE_RADIUS * unit_sphere)
-            names.append(f"glass sphere {i}")
-    camera = Camera(
-        position=np.array([-1.6, 1.6, 1.7]),
-        target=np.zeros(3),
-        up=np.array([0.0, 0.0, 1.0]),
-        fov=45.0,
-    )
-    return Scene.from_triangles(
-        np.concatenate(parts),
-        "mount",
-        object_ids=np.repeat(np.arange(len(parts)), [len(part) for part in parts]),
-        object_names=tuple(names),
-        camera=camera,
-        lights=point_lights((-100.0, -100.0, 100.0)),
-    )
+    """Return the scene; the mountain covers [-1, 1]^2, z is up."""
+    return scene_of(items(settings), "mount", CAMERA, LIGHTS)
 
 
 def grow_mountain(size: int) -> np.ndarray:
@@ -166,8 +162,8 @@ def _interleave(*parts: np.ndarray) -> np.ndarray:
 SAMPLE = Sample(
     "mount",
     "Mount (SPD)",
-    "Fractal mountain and four finely tessellated spheres: uneven density",
+    "Fractal mountain with four glass spheres in front of it: large items beside tiny ones",
     Settings,
-    triangle_count,
+    count,
     generate,
 )

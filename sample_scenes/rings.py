@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.solids.description import Cone, Polygon, Sphere
-from ..core.scene import Camera, point_lights
+from ..core.scene import Camera, Scene, point_lights
 from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
-from .spd import Described, rotation
+from .sample import Sample
+from .spd import Described, rotation, scene_of
 
 WALL = Material("wall", (1.0, 1.0, 1.0))
 RINGS = tuple(
@@ -83,6 +84,11 @@ def items(settings: Settings) -> Described:
                         yield Sphere(joint, TUBE_RADIUS), material
 
 
+def generate(settings: Settings) -> Scene:
+    """Return the scene."""
+    return scene_of(items(settings), "rings", CAMERA, LIGHTS)
+
+
 def knot() -> np.ndarray:
     """Return the corners of the six pentagons of a knot in the unit sphere, (6, 5, 3) float64."""
     angles = np.radians(72.0 * np.arange(5))
@@ -102,3 +108,13 @@ def wall(layers: int) -> Polygon:
     return Polygon(
         [(x + i * half_side, y, z + j * half_side) for i, j in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     )
+
+
+SAMPLE = Sample(
+    "rings",
+    "Rings (SPD)",
+    "Pyramid of linked rings before a wall: near misses everywhere",
+    Settings,
+    count,
+    generate,
+)

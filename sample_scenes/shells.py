@@ -15,10 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.solids.description import Sphere
-from ..core.scene import Camera, point_lights
+from ..core.scene import Camera, Scene, point_lights
 from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
-from .spd import Described
+from .sample import Sample
+from .spd import Described, scene_of
 
 SHELL = Material("shell", (1.0, 0.8, 0.4), diffuse=0.8, specular=0.2, shine=shine_of(10.0))
 
@@ -62,3 +63,18 @@ def items(settings: Settings) -> Described:
     )
     for centre, radius in zip(centres, radii.tolist(), strict=True):
         yield Sphere(centre, radius), SHELL
+
+
+def generate(settings: Settings) -> Scene:
+    """Return the scene."""
+    return scene_of(items(settings), "shells", CAMERA, LIGHTS)
+
+
+SAMPLE = Sample(
+    "shells",
+    "Shells (SPD)",
+    "Sea shell of overlapping spheres: boxes overlap whatever is done",
+    Settings,
+    count,
+    generate,
+)

@@ -4,20 +4,25 @@ A height field is nearly two-dimensional: a grid of cubes leaves most of its cel
 hierarchies split it almost like an image.
 
 Source: "sombrero" of the Standard Procedural Databases (Enzmann, Schwan 1995; Haines), with its
-camera and light, its y axis being z here. As there, the function is sampled at -4 + 8 i / W while
-sample i stands at -4 + 8 i / (W - 1), so the tip is exactly 1 high and a little off the centre.
-Unlike its polygon output, the field is not lowered by 3, so that the camera looks at its foot.
+camera, light and material, its y axis being z here. As there, the function is sampled at
+-4 + 8 i / W while sample i stands at -4 + 8 i / (W - 1), so the tip is exactly 1 high and a little
+off the centre. Unlike its polygon output, the field is not lowered by 3, so that the camera looks
+at its foot.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..core.scene import Camera, Scene, point_lights
+from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
 from .sample import Sample
+
+SHINY_RED = Material("sombrero", (1.0, 0.1, 0.1), diffuse=0.8, shine=shine_of(40.0))
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,10 @@ def generate(settings: Settings) -> Scene:
         fov=40.0,
     )
     lights = point_lights((10.0, -10.0, 10.0))
-    return Scene.from_triangles(triangles, "sombrero", camera=camera, lights=lights)
+    scene = Scene.from_triangles(triangles, "sombrero", camera=camera, lights=lights)
+    return dataclasses.replace(
+        scene, materials=(SHINY_RED,), material_ids=np.zeros(len(scene), dtype=np.int32)
+    )
 
 
 SAMPLE = Sample(

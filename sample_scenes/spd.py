@@ -8,11 +8,12 @@ cylinders have no end caps. Behind them all is the same sky, but behind ``jacks`
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ..core.geometry.solids.description import Item, Polygon
+from ..core.scene import Camera, Light, Scene
 from ..core.scene.material import Material
 
 Described = Iterator[tuple[Item, Material]]
@@ -37,3 +38,20 @@ def level_square(half_side: float, z: float) -> Polygon:
     """Return the square of [-half_side, half_side]^2 at a height, counter-clockwise from +x +y."""
     h = half_side
     return Polygon([(h, h, z), (-h, h, z), (-h, -h, z), (h, -h, z)])
+
+
+def scene_of(described: Described, name: str, camera: Camera, lights: Sequence[Light]) -> Scene:
+    """Return the scene of items with materials; what is of one material is an object."""
+    items, materials = zip(*described, strict=True)
+    numbers = {material: number for number, material in enumerate(dict.fromkeys(materials))}
+    material_ids = np.array([numbers[material] for material in materials], dtype=np.int32)
+    return Scene.from_items(
+        items,
+        name,
+        object_ids=material_ids,
+        object_names=tuple(material.name for material in numbers),
+        material_ids=material_ids,
+        materials=tuple(numbers),
+        camera=camera,
+        lights=lights,
+    )

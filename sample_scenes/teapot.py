@@ -17,10 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.solids.description import Polygon, Triangle
-from ..core.scene import Camera, point_lights
+from ..core.scene import Camera, Scene, point_lights
 from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
-from .spd import Described
+from .sample import Sample
+from .spd import Described, scene_of
 from .teapot_in_stadium import teapot
 
 WHITE = Material("white squares", (1.0, 1.0, 1.0), 0.5, 0.5, shine_of(30.0))
@@ -64,9 +65,24 @@ def items(settings: Settings) -> Described:
         yield Triangle(corners), POT
 
 
+def generate(settings: Settings) -> Scene:
+    """Return the scene."""
+    return scene_of(items(settings), "teapot", CAMERA, LIGHTS)
+
+
 def square(column: int, row: int, n: int) -> Polygon:
     """Return a square of the board of n x n squares."""
     x0, x1, y0, y1 = (
         BOARD_HALF_SIDE * (2.0 * i / n - 1.0) for i in (column, column + 1, row, row + 1)
     )
     return Polygon([(x0, y0, 0.0), (x1, y0, 0.0), (x1, y1, 0.0), (x0, y1, 0.0)])
+
+
+SAMPLE = Sample(
+    "teapot",
+    "Teapot (SPD)",
+    "Newell's teapot on a chessboard: curved patches in triangles",
+    Settings,
+    count,
+    generate,
+)

@@ -8,22 +8,25 @@ The halves of every level are congruent and their boxes touch without overlap, s
 hierarchies have closed forms, and grids and octrees meet faces that lie in no axis-aligned plane.
 
 Source: "tetra" of the Standard Procedural Databases (Haines, A proposal for standard graphics
-environments, IEEE CG&A 7(11), 1987), with its camera and light; after Glassner, Space subdivision
-for fast ray tracing, IEEE CG&A 4(10), 1984. Havran's tables of 1999 use size 6.
+environments, IEEE CG&A 7(11), 1987), with its camera, light and material; after Glassner, Space
+subdivision for fast ray tracing, IEEE CG&A 4(10), 1984. Havran's tables of 1999 use size 6.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..core.scene import Camera, Scene, point_lights
+from ..core.scene.material import Material
 from ..core.settings import setting
 from .sample import Sample
 
 # Every second corner of the cube: the sign triples of product +1, x varying slowest.
 CORNERS = np.array([(-1, -1, 1), (-1, 1, -1), (1, -1, -1), (1, 1, 1)], dtype=np.float64)
+RED = Material("tetra", (1.0, 0.2, 0.2))
 FACES = np.array([(0, 1, 2), (3, 2, 1), (2, 3, 0), (1, 0, 3)])
 
 
@@ -58,7 +61,10 @@ def generate(settings: Settings) -> Scene:
         fov=45.0,
     )
     lights = point_lights((2.0, -18.0, -5.0))
-    return Scene.from_triangles(triangles, "tetra", camera=camera, lights=lights)
+    scene = Scene.from_triangles(triangles, "tetra", camera=camera, lights=lights)
+    return dataclasses.replace(
+        scene, materials=(RED,), material_ids=np.zeros(len(scene), dtype=np.int32)
+    )
 
 
 SAMPLE = Sample(

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.geometry.solids.description import Cone, Sphere
-from ..core.scene import Camera, point_lights
+from ..core.scene import Camera, Scene, point_lights
 from ..core.scene.material import Material
 from ..core.settings import setting
-from .spd import Described, level_square, rotation
+from .sample import Sample
+from .spd import Described, level_square, rotation, scene_of
 
 FIELD = Material("field", (0.2, 0.7, 0.2))
 WOOD = Material("tree", (0.55, 0.4, 0.2))
@@ -77,6 +78,11 @@ def items(settings: Settings) -> Described:
         yield item, WOOD
 
 
+def generate(settings: Settings) -> Scene:
+    """Return the scene."""
+    return scene_of(items(settings), "tree", CAMERA, LIGHTS)
+
+
 def grow(foot: np.ndarray, space: np.ndarray, radius: float, forks: int) -> Iterator[Cone | Sphere]:
     """Yield the cone of a branch, the sphere at its tip, and what grows from there.
 
@@ -97,3 +103,13 @@ def grow(foot: np.ndarray, space: np.ndarray, radius: float, forks: int) -> Iter
     if forks:
         for turned in BRANCHES:
             yield from grow(tip, space @ turned, tip_radius, forks - 1)
+
+
+SAMPLE = Sample(
+    "tree",
+    "Tree (SPD)",
+    "Branching tree of cones on a large field: tiny items far apart",
+    Settings,
+    count,
+    generate,
+)

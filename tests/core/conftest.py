@@ -14,14 +14,23 @@ from accelscope.core.scene import Scene
 from accelscope.core.settings import key_of, parse
 from accelscope.core.structures import structures
 from accelscope.sample_scenes import make_sample, samples
+from accelscope.sample_scenes.mount import grow_mountain
 
 # Samples scaled down, so that brute force is quick; one that is added later comes as it is.
 SMALL = {
     "suzanne": "suzanne:subdivisions=0",
     "teapot_in_stadium": "teapot_in_stadium:teapot_resolution=2",
-    "tetra": "tetra:size=4",
-    "mount": "mount:size=3,sphere_subdivisions=2",
+    "balls": "balls:size=1",
+    "gears": "gears:size=1",
+    "jacks": "jacks:size=2",
+    "lattice": "lattice:size=2",
+    "mount": "mount:size=3",
+    "rings": "rings:size=1",
+    "shells": "shells:size=1",
     "sombrero": "sombrero:size=1",
+    "teapot": "teapot:size=2",
+    "tetra": "tetra:size=4",
+    "tree": "tree:size=4",
     "soup": "soup:count=500,edge=0.2",
 }
 
@@ -117,8 +126,14 @@ HAND_MADE = {
     "flat": _flat,
     "cubes": _cubes,
     "mess": _mess,
+    "mountain": lambda: grow_mountain(3),
 }
-SCENES = [*samples(), *HAND_MADE]
+
+SOLIDS = ["balls", "gears", "jacks", "lattice", "mount", "rings", "shells", "teapot", "tree"]
+"""Samples of other items than triangles: test_structures_over_samples.py traces those."""
+
+TRIANGLES = [name for name in samples() if name not in SOLIDS]
+SCENES = [*TRIANGLES, *HAND_MADE]
 
 
 def unit(rng, n):
@@ -324,6 +339,10 @@ def pytest_generate_tests(metafunc):
     """Give every test that asks for them all scenes and all structures with all settings."""
     if "scene_name" in metafunc.fixturenames:
         metafunc.parametrize("scene_name", SCENES)
+    if "sample_of_triangles" in metafunc.fixturenames:
+        metafunc.parametrize("sample_of_triangles", TRIANGLES)
+    if "sample_of_solids" in metafunc.fixturenames:
+        metafunc.parametrize("sample_of_solids", SOLIDS)
     if "variant" in metafunc.fixturenames:
         ids = [f"{name}:{text}" if text else name for name, text in ALL_VARIANTS]
         metafunc.parametrize("variant", ALL_VARIANTS, ids=ids)

@@ -210,7 +210,7 @@ def test_random_lines_visit_what_the_areas_say(lab, sample, text):
 
 @pytest.mark.parametrize("text", TREES)
 def test_each_cell_is_visited_as_its_area_says(lab, text):
-    tree = walked(tree_of(lab, "mount", text), "recursive")
+    tree = walked(tree_of(lab, "mountain", text), "recursive")
     rays = lines(tree, 2500)
     visits = np.zeros(len(tree.grown.link), np.int64)
     for i in range(len(rays)):

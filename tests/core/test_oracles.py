@@ -7,7 +7,7 @@ import pytest
 from accelscope.core.geometry.icosphere import icosphere
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.scene import Scene
-from accelscope.sample_scenes import make_sample, samples
+from accelscope.sample_scenes import make_sample
 from accelscope.sample_scenes.mount import SPHERE_RADIUS, sphere_centres
 
 # ------------------------------------------------------------------------------ exact arithmetic
@@ -94,15 +94,14 @@ def edge_distance(corners, points):
     return np.minimum(np.minimum(u, v), 1 - u - v)
 
 
-@pytest.mark.parametrize("sample", samples())
-def test_embree_differs_only_by_its_single_precision(build, sample):
+def test_embree_differs_only_by_its_single_precision(build, sample_of_triangles):
     pytest.importorskip("embreex")
     from accelscope.core.evaluation.embree import Embree
     from accelscope.core.evaluation.rays.workloads import random_lines
 
     # Both get the very same numbers: what single precision can hold.
-    original = make_sample(sample)
-    scene = Scene.from_triangles(original.triangles.astype(np.float32), sample)
+    original = make_sample(sample_of_triangles)
+    scene = Scene.from_triangles(original.triangles.astype(np.float32), original.name)
     count = 100_000
     o, d = random_lines(scene.lower, scene.upper, count, seed=3)
     rays = Rays.from_arrays(o.astype(np.float32), d.astype(np.float32))

@@ -10,13 +10,25 @@ import numpy as np
 import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.geometry.icosphere import icosphere, icosphere_triangle_count
+from accelscope.core.geometry.triangles import Triangles
 from accelscope.core.settings import describe
 from accelscope.sample_scenes import make_sample, sample_named, samples
 from accelscope.sample_scenes.catmull_clark import subdivide, triangulate
-from accelscope.sample_scenes.mount import MOUNTAIN_NUMBER, gauss, grid_hash, sphere_centres
+from accelscope.sample_scenes.mount import (
+    MOUNTAIN_NUMBER,
+    gauss,
+    grid_hash,
+    grow_mountain,
+    sphere_centres,
+)
 from accelscope.sample_scenes.teapot_in_stadium import teapot
 
 NAMES = list(samples())
+SPD = {
+    "balls", "gears", "jacks", "lattice", "mount", "rings", "shells", "sombrero", "teapot", "tetra",
+    "tree",
+}  # fmt: skip
+"""Scenes of the Standard Procedural Databases."""
 
 
 def areas(triangles):
@@ -67,14 +79,18 @@ def test_default_scene_is_small_and_as_large_as_announced(name):
     assert scene.name == name
     assert scene.source == f"sample:{name}"
     assert scene.dropped == 0
-    assert (areas(scene.triangles) > 0.0).all()
+    if isinstance(scene.geometry, Triangles):
+        assert (areas(scene.triangles) > 0.0).all()
     assert len(scene.object_ids) == len(scene)
     assert set(scene.object_ids) == set(range(len(scene.object_names)))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_generation_is_deterministic(name):
-    assert np.array_equal(make_sample(name).triangles, make_sample(name).triangles)
+    first, second = make_sample(name).geometry, make_sample(name).geometry
+    assert type(first) is type(second)
+    for column, again in zip(first, second, strict=True):
+        assert np.array_equal(column, again)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -88,17 +104,20 @@ def test_registry_says_what_a_menu_needs(name):
 
 
 def test_own_cameras_see_their_scene():
-    for name in ("tetra", "mount", "sombrero", "teapot_in_stadium"):
+    for name in (*sorted(SPD), "teapot_in_stadium"):
         scene = make_sample(name)
         assert scene.lights
         assert {light.kind for light in scene.lights} == {"point"}
         view = scene.camera.target - scene.camera.position
-        centroids = scene.triangles.mean(axis=1) - scene.camera.position
-        # The whole stadium surrounds its camera; the teapot is what it has to see.
-        towards = (centroids @ view / np.linalg.norm(view))[scene.object_ids == 0]
-        cosines = towards / np.linalg.norm(centroids[scene.object_ids == 0], axis=1)
+        boxes = scene.boxes()
+        centres = (boxes[:, :3] + boxes[:, 3:]) / 2.0 - scene.camera.position
+        if name == "teapot_in_stadium":
+            # The whole stadium surrounds its camera; the teapot is what it has to see.
+            centres = centres[scene.object_ids == 0]
+        cosines = centres @ view / (np.linalg.norm(view) * np.linalg.norm(centres, axis=1))
         within = cosines > math.cos(math.radians(scene.camera.fov / 2.0))
-        assert within.mean() > 0.75, name
+        # The camera of the lattice stands inside of it.
+        assert within.mean() > (0.25 if name == "lattice" else 0.75), name
 
 
 def test_source_repeats_the_settings_that_differ_from_the_default():
@@ -128,7 +147,9 @@ def test_unknown_sample_is_refused_with_the_known_ones():
         ("tetra:size=deep", "size takes a whole number, not 'deep'"),
         ("tetra:size=2.5", "size takes a whole number"),
         ("mount:size=8", "size must be .*at most 7"),
-        ("mount:sphere_subdivisions=-1", "sphere_subdivisions must be at least 0"),
+        ("mount:sphere_subdivisions=2", "sample scene mount has no setting 'sphere_subdivisions'"),
+        ("balls:size=7", "size must be .*at most 6"),
+        ("lattice:size=0", "size must be at least 1"),
         ("sombrero:size=0", "size must be at least 1"),
         ("suzanne:subdivisions=7", "subdivisions must be .*at most 6"),
         ("soup:edge=0", "edge must be at least 1e-06"),
@@ -205,29 +226,11 @@ def test_tetra_comes_in_the_order_of_its_recursion():
 # mount -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("size", [1, 2, 3, 4])
-def test_mount_counts(size):
-    bare = make_sample(f"mount:size={size},sphere_subdivisions=0")
-    # The database counts every sphere as one primitive: 12, 36, 132, 516.
-    assert len(bare) + 4 == {1: 12, 2: 36, 3: 132, 4: 516}[size]
-    assert bare.object_names == ("mountain",)
-
-
-def test_mount_box_is_the_published_one():
-    scene = make_sample("mount")
-    assert np.round(scene.upper - scene.lower, 4).tolist() == [2.1596, 2.1596, 2.0812]
-    assert len(scene) == 8192 + 4 * 320
-    assert np.bincount(scene.object_ids).tolist() == [8192, 320, 320, 320, 320]
-
-
-def test_mount_without_spheres_is_the_same_mountain():
-    bare = make_sample("mount:sphere_subdivisions=0").triangles
-    assert np.array_equal(bare, make_sample("mount").triangles[:8192])
-    assert areas(bare[:, :, [0, 1]] @ np.eye(2, 3)).sum() == pytest.approx(4.0, rel=1e-12)
-
-
-def test_mountain_has_no_cracks():
-    once, matched = edge_uses(make_sample("mount:sphere_subdivisions=0").triangles)
+def test_mountain_covers_its_square_and_has_no_cracks():
+    triangles = grow_mountain(6)
+    assert len(triangles) == 8192
+    assert areas(triangles[:, :, [0, 1]] @ np.eye(2, 3)).sum() == pytest.approx(4.0, rel=1e-12)
+    once, matched = edge_uses(triangles)
     assert (once == 1).all()
     assert np.count_nonzero(~matched) == 4 * 64  # the rim of the square, and nothing else
 
@@ -271,7 +274,7 @@ def test_mountain_agrees_with_a_scalar_recursion():
         grow(x, y + half, half, (h, m, g, d))
 
     grow(0, 0, n, (0.0, 0.0, 0.0, 0.0))
-    triangles = make_sample(f"mount:size={size},sphere_subdivisions=0").triangles
+    triangles = grow_mountain(size)
     for x, y, z in triangles.reshape(-1, 3):
         place = (round((x + 1.0) * n / 2.0), round((y + 1.0) * n / 2.0))
         assert z == pytest.approx(heights[place], rel=1e-12, abs=1e-14)

@@ -13,6 +13,7 @@ from accelscope.sample_scenes import (
     gears,
     jacks,
     lattice,
+    mount,
     rings,
     shells,
     teapot,
@@ -21,7 +22,7 @@ from accelscope.sample_scenes import (
 
 SCENES = {
     module.__name__.rpartition(".")[2]: module
-    for module in (balls, gears, jacks, lattice, rings, shells, teapot, tree)
+    for module in (balls, gears, jacks, lattice, mount, rings, shells, teapot, tree)
 }
 
 
@@ -72,6 +73,7 @@ def kinds(items):
         "gears": (147, 1169, 3943, 9345),
         "jacks": (9, 81, 657, 5265),
         "lattice": (20, 81, 208, 425),
+        "mount": (12, 36, 132, 516),
         "rings": (61, 301, 841, 1801),
         "shells": (361, 721, 1441, 2881),
         "teapot": (57, 244, 561, 1008),
@@ -92,6 +94,7 @@ def test_totals_are_the_published_ones(name, totals):
         ("gears", 4, {Polygon: 9345}),
         ("jacks", 4, {Sphere: 585 * 6, Cone: 585 * 3}),
         ("lattice", 12, {Sphere: 2197, Cone: 6084}),
+        ("mount", 6, {Sphere: 4, Triangle: 8192}),
         ("rings", 7, {Sphere: 4200, Cone: 4200, Polygon: 1}),
         ("shells", 5, {Sphere: 5761}),
         ("teapot", 12, {Triangle: 9120, Polygon: 144}),
@@ -112,6 +115,7 @@ def test_default_sizes_and_what_they_are_made_of(name, size, published):
         "balls": (24.0, 24.0, 1.3306),
         "gears": (4.0, 4.0, 1.0),
         "lattice": (1.0417, 1.0417, 1.0417),
+        "mount": (2.1596, 2.1596, 2.0812),
         "rings": (19.6778, 19.2514, 19.6778),
         "teapot": (8.0, 8.0, 3.15),
         "tree": (100.0, 100.0, 3.1375),
