@@ -190,6 +190,7 @@ class Batch:
         if built is None:
             self.add_failure(scene, structure_type, settings, [reason] * len(self.workloads))
             return
+        shown = []
         for each in asked:
             measured, reason = None, each.refusal
             if each.rays is not None:
@@ -206,11 +207,11 @@ class Batch:
                 continue
             record, traced = measured
             self.results.records.append(record)
+            shown.append(traced.rays)
             self.results.keep()
             if self.arguments.hits:
                 write_hits(self.arguments.hits, scene, traced)
         if self.gallery:
-            shown = [each.rays for each in asked if each.rays is not None]
             records = self.results.records[-len(self.workloads) :]
             draw = functools.partial(self.gallery.add, built, records, shown)
             self.results.attempt(f"{where}, pictures", draw)
@@ -229,13 +230,24 @@ class Batch:
 
 
 def write_hits(path: str, scene: Scene, traced: Any) -> None:
-    """Write t, primitive (index in the file's order) and the counters of every ray."""
+    """Write every ray, what it hit, and its counters.
+
+    A hit has t, the instance, and the primitive: its number in the order of the file, or in that of
+    the instance's mesh. The rays are as ``file:`` reads them.
+    """
+    from ...core.evaluation.rays.ray_files import columns_of
+    from ...core.geometry.instances import owners_of
     from ...core.writing import replacing
 
-    primitive = traced.hits.primitive
-    in_file = np.where(primitive >= 0, scene.primitive_ids[primitive], -1).astype(np.int32)
+    instance, primitive = owners_of(scene.geometry, traced.hits.primitive)
+    if not (instance >= 0).any() and len(scene.primitive_ids):
+        primitive = np.where(primitive >= 0, scene.primitive_ids[primitive], -1)
+    columns: dict[str, Any] = {
+        "t": traced.hits.t,
+        "primitive": primitive.astype(np.int32),
+        "instance": instance.astype(np.int32),
+        **columns_of(traced.rays),
+        **traced.counters.by_name(),
+    }
     with replacing(path) as file:
-        np.savez_compressed(
-            file, t=traced.hits.t, primitive=in_file, ray_class=traced.rays.classes,
-            **traced.counters.by_name(),
-        )  # fmt: skip
+        np.savez_compressed(file, **columns)

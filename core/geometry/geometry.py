@@ -125,3 +125,21 @@ def hulls_of(geometry: Any) -> tuple[np.ndarray, np.ndarray]:
 def joined(first: Any, others: Sequence[Any]) -> Any:
     """Return the items of several geometries of one kind, one geometry after the other."""
     raise TypeError(f"no joining of {type(first).__name__}")
+
+
+@functools.singledispatch
+def normals_at(
+    geometry: Any, primitives: np.ndarray, points: np.ndarray, times: np.ndarray
+) -> np.ndarray:
+    """Return unit normals where rays have hit, (n, 3); which way they point is not defined.
+
+    Parameters
+    ----------
+    primitives : (n,) int
+        What was hit.
+    points : (n, 3) float64
+        Where; rounded.
+    times : (n,) float64
+        When.
+    """
+    raise TypeError(f"no normals of {type(geometry).__name__}")

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InputError
 from .box_shape import corners_of, hulls_of_boxes
-from .geometry import boxes_around, hulls_of
+from .geometry import boxes_around, hulls_of, normals_at
 from .triangles import Triangles, reach_of
 
 EVERY_OBJECT = 0xFF
@@ -180,3 +180,43 @@ def _(geometry: Instanced) -> np.ndarray:
 @hulls_of.register
 def _(geometry: Instanced) -> tuple[np.ndarray, np.ndarray]:
     return hulls_of_boxes(geometry.boxes)
+
+
+@normals_at.register
+def _(
+    geometry: Instanced, primitives: np.ndarray, points: np.ndarray, times: np.ndarray
+) -> np.ndarray:
+    """Return the normals in the meshes' spaces, moved by the transposed inverse matrices."""
+    owners, within = owners_of(geometry, primitives)
+    inverse, _ = inverted(geometry.matrices)
+    linear = inverse[owners, :, :3]
+    local = np.einsum("nij,nj->ni", linear, points) + inverse[owners, :, 3]
+    normals = np.empty((len(points), 3))
+    for number, mesh in enumerate(geometry.meshes):
+        here = np.flatnonzero(geometry.which[owners] == number)
+        if len(here):
+            normals[here] = normals_at(mesh, within[here], local[here], times[here])
+    normals = np.einsum("nij,ni->nj", linear, normals)
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def owners_of(geometry: Any, primitives: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the instance of each primitive, and its number within that instance's mesh.
+
+    Parameters
+    ----------
+    primitives : (n,) int
+        As hits have them; -1 for none.
+
+    Returns
+    -------
+    instance : (n,) int64
+        -1 for none, and where there are no instances.
+    within : (n,) int64
+        -1 for none.
+    """
+    primitives = np.asarray(primitives, dtype=np.int64)
+    if not isinstance(geometry, Instanced):
+        return np.full(len(primitives), -1), primitives
+    owners = np.searchsorted(geometry.first, primitives, side="right") - 1
+    return owners, np.where(primitives >= 0, primitives - geometry.first[owners], -1)

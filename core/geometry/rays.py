@@ -15,6 +15,8 @@ them return the same bits.
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -167,6 +169,16 @@ class Rays:
             self.classes[which], self.class_names, self.sources[which], self.targets[which],
             self.times[which], self.masks[which], self.pixels[which],
         )  # fmt: skip
+
+
+def joined_rays(batches: Sequence[Rays]) -> Rays:
+    """Return the rays of several batches, which name classes alike, one batch after the other."""
+    first = batches[0]
+    if len(batches) == 1:
+        return first
+    names = [field.name for field in dataclasses.fields(Rays) if field.name != "class_names"]
+    columns = {name: np.concatenate([getattr(each, name) for each in batches]) for name in names}
+    return Rays(class_names=first.class_names, **columns)
 
 
 def column(name: str, values: np.ndarray | float, dtype: type, count: int) -> np.ndarray:

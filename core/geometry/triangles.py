@@ -14,7 +14,7 @@ import numpy as np
 from ..kernels import call
 from ..parallel import Team
 from ..progress import SILENT
-from .geometry import boxes_around, hulls_of, in_order, joined
+from .geometry import boxes_around, hulls_of, in_order, joined, normals_at
 
 THIN = 2.0**-7
 """Share of a scene's largest coordinate below which those along another axis count for more."""
@@ -86,3 +86,16 @@ def _(geometry: Triangles) -> np.ndarray:
 @hulls_of.register
 def _(geometry: Triangles) -> tuple[np.ndarray, np.ndarray]:
     return geometry.corners, np.arange(len(geometry.corners) + 1)
+
+
+@normals_at.register
+def _(
+    geometry: Triangles, primitives: np.ndarray, points: np.ndarray, times: np.ndarray
+) -> np.ndarray:
+    # A power of two changes no bit of the result; without it, areas of very large and very small
+    # scenes leave the range of float64.
+    _, exponent = np.frexp(geometry.reach.max())
+    corners = geometry.corners[primitives]
+    edges = np.ldexp(corners[:, 1:] - corners[:, :1], -exponent)
+    normals = np.cross(edges[:, 0], edges[:, 1])
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)

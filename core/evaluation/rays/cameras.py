@@ -10,7 +10,7 @@ from ...errors import InputError
 from ...geometry.rays import Rays
 from ...scene import ORTHOGRAPHIC, PERSPECTIVE, Camera, Scene
 
-CLASS_NAMES = ("primary", "shadow")
+PRIMARY, SHADOW = CLASS_NAMES = ("primary", "shadow")
 """What the rays of a camera are for."""
 
 
@@ -110,4 +110,6 @@ def camera_rays(camera: Camera, width: int, height: int, corner: bool = False) -
         origins, directions = np.broadcast_to(camera.position, spread.shape), spread
     else:
         origins, directions = spread, np.broadcast_to(forward, spread.shape)
-    return Rays.from_arrays(origins, directions, class_names=CLASS_NAMES)
+    return Rays.from_arrays(
+        origins, directions, class_names=CLASS_NAMES, pixels=np.arange(len(directions))
+    )

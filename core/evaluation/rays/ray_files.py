@@ -1,4 +1,4 @@
-"""Rays of the user's own: arrays ``origins``, ``directions`` and perhaps ``t_max`` in an .npz file.
+"""Rays of the user's own: arrays ``origins``, ``directions`` and perhaps others in an .npz file.
 
 An .npz is a zip of arrays, each with a header that tells its shape and its type. What the headers
 say is looked at first: an array that is no rays, or does not fit into memory, is never unpacked,
@@ -21,10 +21,24 @@ from ...geometry.rays import Rays
 from ...memory import refuse_if_too_large
 from ...reading import refuse_if_no_file
 
-NEEDED, OPTIONAL = ("origins", "directions"), ("t_max",)
+NEEDED = "origins", "directions"
+
+COLUMNS = {
+    "t_max": "t_max", "t_min": "t_min", "query": "queries", "ray_class": "classes",
+    "source": "sources", "target": "targets", "time": "times", "mask": "masks", "pixel": "pixels",
+}  # fmt: skip
+"""What else a file may say of each ray, and the column of :class:`Rays` that it becomes."""
+
+CLASS_NAMES = "class_names"
+"""The array of words that name the classes."""
+
+OPTIONAL = (*COLUMNS, CLASS_NAMES)
 
 NUMBERS = "biuf"
 """Kinds of types that are real numbers."""
+
+LONGEST_NAMES = 100_000
+"""Bytes of the names of classes."""
 
 LONGEST_HEADER = 10_000
 """Bytes; that of an array of numbers has a hundred."""
@@ -75,7 +89,10 @@ def headers_of(path: Path) -> dict[str, Header]:
     for name, header in headers.items():
         if header.dtype.hasobject:
             raise InputError(f"{path}: {name} holds objects, which are not read; save numbers")
-        if header.dtype.kind not in NUMBERS:
+        if name == CLASS_NAMES:
+            if header.dtype.kind != "U" or len(header.shape) != 1 or header.size > LONGEST_NAMES:
+                raise InputError(f"{path}: {name} must be a short list of words")
+        elif header.dtype.kind not in NUMBERS:
             raise InputError(f"{path}: {name} holds {header.dtype}, not real numbers")
     shapes = [headers[name].shape for name in NEEDED]
     count = shapes[0][0] if shapes[0] else 0
@@ -85,10 +102,11 @@ def headers_of(path: Path) -> dict[str, Header]:
         )
     if count == 0:
         raise InputError(f"{path} has no rays; ask for at least one")
-    if "t_max" in headers and headers["t_max"].shape not in ((), (1,), (count,)):
-        raise InputError(
-            f"{path}: t_max must have one value per ray ({count}), not {headers['t_max'].shape}"
-        )
+    for name in COLUMNS:
+        if name in headers and headers[name].shape not in ((), (1,), (count,)):
+            raise InputError(
+                f"{path}: {name} must have one value per ray ({count}), not {headers[name].shape}"
+            )
     needed = count * BYTES_PER_RAY + sum(header.size for header in headers.values())
     refuse_if_too_large(needed, f"{path} with {count} rays", "take fewer rays")
     for name, header in headers.items():
@@ -112,12 +130,25 @@ def read_rays(path: Path) -> Rays:
             with archive.open(header.member) as member:
                 arrays[name] = np.lib.format.read_array(member, allow_pickle=False)
     try:
+        columns = {COLUMNS[name]: arrays[name] for name in COLUMNS if name in arrays}
+        largest = int(np.max(columns.get("classes", 0), initial=0))
+        names = tuple(str(name) for name in arrays.get(CLASS_NAMES, ()))
+        if not names:
+            names = ("file",) if largest < 1 else tuple(f"class {n}" for n in range(largest + 1))
         return Rays.from_arrays(
-            arrays["origins"], arrays["directions"], arrays.get("t_max", np.inf),
-            class_names=("file",),
-        )  # fmt: skip
+            arrays["origins"], arrays["directions"], class_names=names, **columns
+        )
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def columns_of(rays: Rays) -> dict[str, np.ndarray]:
+    """Return the arrays of rays by the names that they have in a file."""
+    return {
+        **{name: getattr(rays, name) for name in NEEDED},
+        **{name: getattr(rays, column) for name, column in COLUMNS.items()},
+        CLASS_NAMES: np.array(rays.class_names),
+    }
 
 
 @contextlib.contextmanager

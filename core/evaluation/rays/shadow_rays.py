@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...contract.structure import Hits
 from ...errors import InputError
-from ...geometry.rays import ANY, CLOSEST, Rays
+from ...geometry.geometry import normals_at
+from ...geometry.rays import ANY, Rays
 from ...scene import LIGHT_KINDS, POINT, SUN, Light, Scene
+from .cameras import SHADOW
 
 OFF_THE_FACE = 1e-9
 """How far off the face a shadow ray starts, relative to the scene's diagonal."""
@@ -21,33 +24,30 @@ slack of 8 units at the origin and 8 at the triangle. 32 is more than all of tha
 """
 
 
-def with_shadow_rays(scene: Scene, primary: Rays) -> Rays:
-    """Return primary rays followed by their shadow rays.
-
-    From every hit one ray goes to each light that is on the viewer's side of the face and shines
-    there: to a point or spot light, to the centre of an area light (t_max = 1), or against the
-    direction of a sun (without an end). It starts a little off the face, so as not to hit it again.
-
-    Raises
-    ------
-    InputError
-        If the scene has no light.
-    """
-    from ...structures.bvh import BVH
-
+def refuse_darkness(scene: Scene) -> None:
+    """Raise InputError if a scene has no light: there are no shadow rays then."""
     if not scene.lights:
         raise InputError(
             f"{scene.name} has no light, so there are no shadow rays; add a light "
             f"({', '.join(LIGHT_KINDS)}), or leave the shadow rays out",
             scene.name,
         )
-    hits, _ = BVH.build(scene, BVH.Settings()).trace(primary)
+
+
+def shadow_rays(scene: Scene, primary: Rays, hits: Hits) -> Rays | None:
+    """Return the shadow rays of primary rays; None if there are none.
+
+    From every hit one ray goes to each light that is on the viewer's side of the face and shines
+    there: to a point or spot light, to the centre of an area light (t_max = 1), or against the
+    direction of a sun (without an end). It starts a little off the face, so as not to hit it again.
+    Its source is the item that was hit, its target the number of the light.
+    """
     hit = np.flatnonzero(hits.primitive >= 0)
     directions = primary.directions[hit]
-    normals = unit_normals(scene.triangles[hits.primitive[hit]], scene.diagonal)
-    normals *= -np.sign((normals * directions).sum(1, keepdims=True))  # towards the viewer
     points = primary.origins[hit] + hits.t[hit, None] * directions
-    reach = np.maximum(np.abs(points), np.abs(primary.origins[hit])).max(axis=1)
+    normals = normals_at(scene.geometry, hits.primitive[hit], points, primary.times[hit])
+    normals *= -np.sign((normals * directions).sum(1, keepdims=True))  # towards the viewer
+    reach = np.maximum(np.abs(points), np.abs(primary.origins[hit])).max(axis=1, initial=0.0)
     offset = np.maximum(OFF_THE_FACE * scene.diagonal, ULPS_OFF_THE_FACE * reach)
     points += offset[:, None] * normals
 
@@ -57,27 +57,15 @@ def with_shadow_rays(scene: Scene, primary: Rays) -> Rays:
                      for n, light in enumerate(scene.lights)], axis=1)  # fmt: skip
     origins = np.broadcast_to(points[:, None], to_light.shape)[lit]
     if not len(origins):
-        return primary
+        return None
     ends = np.array([np.inf if light.kind == SUN else 1.0 for light in scene.lights])
-    count, shadows = len(primary), len(origins)
+    owner, light = np.nonzero(lit)
     return Rays.from_arrays(
-        np.concatenate([primary.origins, origins]),
-        np.concatenate([primary.directions, to_light[lit]]),
-        np.concatenate([primary.t_max, np.broadcast_to(ends, lit.shape)[lit]]),
-        queries=np.repeat([CLOSEST, ANY], [count, shadows]),
-        classes=np.repeat([0, 1], [count, shadows]),
-        class_names=primary.class_names,
-    )
-
-
-def unit_normals(triangles: np.ndarray, diagonal: float) -> np.ndarray:
-    """Return the unit normals, (n, 3), of triangles in a scene of some diagonal."""
-    # A power of two changes no bit of the result; without it, areas of very large and very small
-    # scenes leave the range of float64.
-    _, exponent = np.frexp(diagonal)
-    edges = np.ldexp(triangles[:, 1:] - triangles[:, :1], -exponent)
-    normals = np.cross(edges[:, 0], edges[:, 1])
-    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        origins, to_light[lit], ends[light],
+        queries=ANY, classes=primary.class_names.index(SHADOW), class_names=primary.class_names,
+        sources=hits.primitive[hit][owner], targets=light, times=primary.times[hit][owner],
+        pixels=primary.pixels[hit][owner],
+    )  # fmt: skip
 
 
 def ways_to(light: Light, points: np.ndarray) -> np.ndarray:

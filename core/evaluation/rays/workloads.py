@@ -1,6 +1,7 @@
 """Workloads: named, seeded sets of rays with a class per ray.
 
-A workload is a class with ``Settings`` and ``make(scene, settings) -> Rays``; WORKLOADS lists them.
+A workload is a class with ``Settings``, ``make(scene, settings) -> Rays`` and, if there are rays
+that come of those, ``generations``; WORKLOADS lists them.
 """
 
 from __future__ import annotations
@@ -8,12 +9,14 @@ from __future__ import annotations
 import dataclasses
 import os
 from abc import ABC, abstractmethod
+from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from ...contract.structure import Hits
 from ...errors import InputError, naming
 from ...geometry.rays import Rays
 from ...memory import refuse_if_too_large
@@ -21,11 +24,14 @@ from ...scene import ORTHOGRAPHIC, Camera, Scene
 from ...settings import setting
 from .cameras import camera_rays, framing_camera
 from .ray_files import BYTES_PER_RAY, headers_of, read_rays
-from .shadow_rays import with_shadow_rays
+from .shadow_rays import refuse_darkness, shadow_rays
+
+Generations = Generator[Rays, Hits, None]
+"""Batches of rays; after each, the generator is sent its hits."""
 
 
 class Workload(ABC):
-    """A named set of rays.
+    """A named set of rays: a first batch, and perhaps others that start where it has hit.
 
     Attributes
     ----------
@@ -47,13 +53,27 @@ class Workload(ABC):
     @staticmethod
     @abstractmethod
     def make(scene: Scene, settings: Any) -> Rays:
-        """Return the rays for a scene.
+        """Return the first rays for a scene.
 
         Raises
         ------
         InputError
             When the settings do not fit the scene.
         """
+
+    @staticmethod
+    def generations(scene: Scene, settings: Any, first: Rays) -> Generations:
+        """Yield a batch of rays after the other, and be sent what each has hit.
+
+        Who traces them is not the workload's affair: the structure that is measured does. Its hits
+        are those of any other structure, bit for bit, so the batches are, too.
+
+        Parameters
+        ----------
+        first : Rays
+            What :meth:`make` has returned.
+        """
+        yield first
 
     @staticmethod
     def used(scene: Scene, settings: Any) -> dict[str, Any]:
@@ -135,12 +155,21 @@ class CameraWorkload(Workload):
 
     @staticmethod
     def make(scene: Scene, settings: CameraSettings) -> Rays:
-        """Return width * height primary rays, followed by the shadow rays."""
+        """Return width * height primary rays."""
         CameraWorkload.refuse_impossible(settings)
         primary = camera_rays(
             camera_of(scene, settings), settings.width, settings.height, settings.pixel == "corner"
         )
-        return with_shadow_rays(scene, primary) if settings.shadows else primary
+        if settings.shadows:
+            refuse_darkness(scene)
+        return primary
+
+    @staticmethod
+    def generations(scene: Scene, settings: CameraSettings, first: Rays) -> Generations:
+        """Yield the primary rays, then the shadow rays, if wanted, from where those have hit."""
+        hits = yield first
+        if settings.shadows and (shadows := shadow_rays(scene, first, hits)) is not None:
+            yield shadows
 
     @staticmethod
     def used(scene: Scene, settings: CameraSettings) -> dict[str, Any]:
@@ -261,7 +290,10 @@ class FileSettings:
     """Settings of rays from a file."""
 
     path: str = setting(
-        "", "File", "An .npz with origins (n, 3), directions (n, 3) and optionally t_max (n)"
+        "",
+        "File",
+        "An .npz with origins (n, 3), directions (n, 3) and optionally t_min, t_max, query, "
+        "ray_class, source, target, time, mask, pixel (n each): what --hits writes",
     )
 
 
@@ -270,7 +302,7 @@ class FileWorkload(Workload):
 
     name = "file"
     label = "File"
-    summary = "Rays from an .npz file with origins, directions and optionally t_max"
+    summary = "Rays from an .npz file, such as --hits writes"
     Settings = FileSettings
 
     @staticmethod

@@ -8,9 +8,11 @@ what they are of: the lights of the scene (``scene.lights``), the camera that th
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +23,7 @@ from ...contract.counters import Counts
 from ...contract.figures import of_keys
 from ...contract.structure import Hits, Structure
 from ...errors import InputError
-from ...geometry.rays import ALL, Rays
+from ...geometry.rays import ALL, Rays, joined_rays
 from ...kernels import announcing
 from ...parallel import core_count
 from ...progress import SILENT, Progress
@@ -136,11 +138,30 @@ def trace_rays(
     threads: int = 0,
     progress: Progress = SILENT,
 ) -> Traced:
-    """Trace rays that a workload has made already, to use them for several structures."""
-    start = time.perf_counter()
-    hits, counters = built.structure.trace(rays, threads=threads, progress=progress)
-    seconds = time.perf_counter() - start
-    return Traced(workload, settings, rays, hits, counters, seconds, threads or core_count())
+    """Trace the rays that a workload has made already, and all that come of them.
+
+    Parameters
+    ----------
+    rays : Rays
+        The first generation, which may serve several structures.
+    """
+    generations = workload.generations(built.structure.scene, settings, rays)
+    batches, hits, counts, seconds = [next(generations)], [], [], 0.0
+    with contextlib.suppress(StopIteration):
+        while True:
+            start = time.perf_counter()
+            hit, counted = built.structure.trace(batches[-1], threads=threads, progress=progress)
+            seconds += time.perf_counter() - start
+            hits.append(hit)
+            counts.append(counted.values)
+            batches.append(generations.send(hit))
+    return Traced(
+        workload, settings, joined_rays(batches),
+        Hits(np.concatenate([hit.t for hit in hits]),
+             np.concatenate([hit.primitive for hit in hits])),
+        Counts(built.structure.counters, np.concatenate(counts)), seconds,
+        threads or core_count(),
+    )  # fmt: skip
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
@@ -232,5 +253,35 @@ def make_record(built: Built, traced: Traced | None, progress: Progress = SILENT
         "hits": int(hit.sum()),
         "hits_by_class": dict(zip(traced.rays.class_names, hits_by_class.tolist(), strict=True)),
         **traced.counters.means(),
+        "by_class": by_class(traced),
     }
     return record
+
+
+SPREAD: dict[str, Callable[[np.ndarray], Any]] = {
+    "mean": np.mean,
+    "minimum": np.min,
+    "median": np.median,
+    "p99": lambda values: np.percentile(values, 99),
+    "maximum": np.max,
+}
+"""What is said of a counter over the rays of a class."""
+
+
+def by_class(traced: Traced) -> dict[str, Any]:
+    """Return rays, hits and the spread of every counter, for each class of rays that there are."""
+    hit, figures = traced.hits.primitive >= 0, {}
+    for number, name in enumerate(traced.rays.class_names):
+        chosen = traced.rays.classes == number
+        if not chosen.any():
+            continue
+        values = traced.counters.values[chosen]
+        figures[name] = {
+            "rays": int(chosen.sum()),
+            "hits": int(hit[chosen].sum()),
+            **{
+                counter.name: {key: float(say(values[:, k])) for key, say in SPREAD.items()}
+                for k, counter in enumerate(traced.counters.counters)
+            },
+        }
+    return figures
