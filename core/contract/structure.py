@@ -20,8 +20,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..errors import InputError
+from ..geometry.cones import ConeArrays, cones_around
 from ..geometry.instances import levels_of_mesh
-from ..geometry.rays import RayArrays, Rays, make_ray
+from ..geometry.rays import RayArrays, Rays, make_probe
 from ..geometry.triangles import Triangles
 from ..kernels import call, dispatched, kernel
 from ..memory import refuse_if_too_large
@@ -32,7 +33,7 @@ from ..settings import setting
 from .build_log import BuildLog
 from .cells import Cells
 from .counters import Counter, Counts, counters_within
-from .events import COUNTS, N_EVENTS, Log, make_log
+from .events import COUNTS, N_EVENTS, TEST, Log, make_log
 from .figures import Figure
 from .needs import EVERY_CLASS, GEOMETRY, refuse_other_classes
 from .statistics import Statistics
@@ -158,7 +159,7 @@ def walk(structure, geometry, ray, number, workspace, log):
 def trace_range(structure, geometry, rays, first, last, workspace, log, t, primitive, counters):
     """Trace the rays ``first <= i < last`` and write their hits and counters."""
     for i in range(first, last):
-        ray = make_ray(rays, i, geometry.reach)
+        ray = make_probe(rays, i, geometry.reach)
         found = walk(structure, geometry, ray, i, workspace, log)
         t[i] = found.t
         primitive[i] = found.primitive
@@ -195,6 +196,8 @@ class Structure(abc.ABC):
         What its statistics hold, in reading order.
     answers : tuple of str or None
         The classes of rays it is for; None for all.
+    takes_cones : bool
+        Whether cones go through it, see :mod:`..geometry.cones`.
     needs : frozenset of str
         What it is built from: GEOMETRY, LIGHTS, CAMERA, TIME.
     """
@@ -206,6 +209,7 @@ class Structure(abc.ABC):
     COUNTERS: ClassVar[tuple[Counter, ...]]
     FIGURES: ClassVar[tuple[Figure, ...]]
     answers: ClassVar[tuple[str, ...] | None] = EVERY_CLASS
+    takes_cones: ClassVar[bool] = False
     needs: ClassVar[frozenset[str]] = frozenset({GEOMETRY})
     BYTES_PER_TRIANGLE: ClassVar[int] = 80
     """Memory at the peak of a build; by default a copy of the triangles."""
@@ -391,6 +395,43 @@ class Structure(abc.ABC):
         arrays = rays.select(np.array([index])).arrays()
         if query is not None:
             arrays = arrays._replace(queries=np.full(1, query, dtype=np.uint8))
+        return self._recorded(arrays)
+
+    def cover(self, rays: Rays, index: int, half_angle: float) -> tuple[np.ndarray, Steps]:
+        """Record the walk of a cone around one ray of a batch; return the items that it meets.
+
+        Parameters
+        ----------
+        half_angle : float
+            Between axis and side, in radians, above 0 and below a right angle. The cone is where
+            t, along its axis, is from t_min to t_max.
+
+        Returns
+        -------
+        items : (k,) int
+            Ascending, each once.
+        steps : Steps
+            What it was recorded as; a test with a finite t is that of an item which is met.
+
+        Raises
+        ------
+        InputError
+            If cones do not go through this structure, or items of this kind are not asked by any.
+        """
+        if not self.takes_cones:
+            raise InputError(
+                f"cones do not go through {self.name}; choose naive, grid, bvh or sorted_volumes"
+            )
+        if not isinstance(self.geometry, Triangles):
+            self.scene.refuse_other_items("cones meet")
+        if not 0.0 < half_angle < 0.5 * np.pi:
+            raise InputError("the angle of a cone must be above 0 and below 90 degrees")
+        steps = self._recorded(cones_around(rays.select(np.array([index])), half_angle))
+        tests = steps.events_of(TEST)
+        return np.unique(steps.primitive[tests[np.isfinite(steps.t_enter[tests])]]), steps
+
+    def _recorded(self, arrays: Any) -> Steps:
+        """Return the steps of a batch of one."""
         out: tuple[np.ndarray, ...] = (
             np.empty(1), np.empty(1, self._number_type),
             np.empty((1, len(self.counters)), np.int32),
@@ -405,7 +446,13 @@ class Structure(abc.ABC):
             capacity = int(log.written[N_EVENTS])
 
     def _trace(
-        self, rays: RayArrays, first: int, last: int, workspace: Workspace, log: Log, *out: Any
+        self,
+        rays: RayArrays | ConeArrays,
+        first: int,
+        last: int,
+        workspace: Workspace,
+        log: Log,
+        *out: Any,
     ) -> None:
         """Run the driver over a range of rays."""
         call(trace_range, self.arrays, self.geometry, rays, first, last, workspace, log, *out)

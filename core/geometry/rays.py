@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernels import inlined, inner
+from ..kernels import dispatched, implements, inlined, inner
 from .instances import EVERY_OBJECT
 
 CLOSEST = 0
@@ -251,6 +251,20 @@ class Ray(NamedTuple):
     mask: int
 
 
+@dispatched
+def make_probe(batch, index, reach):
+    """Return what goes through a structure for number `index` of a batch: a ray, or a cone.
+
+    Parameters
+    ----------
+    batch : NamedTuple of arrays
+        Decides the implementation.
+    reach : (3,) float64
+        The scene's largest |coordinate|.
+    """
+    raise TypeError(f"no probes in {type(batch).__name__}")
+
+
 @inner
 def make_ray(rays, index, reach):
     """Return ray number `index` of the batch; `reach` is the scene's largest |coordinate|, (3,)."""
@@ -260,6 +274,12 @@ def make_ray(rays, index, reach):
         rays.t_min[index], rays.t_max[index], rays.queries[index], rays.times[index],
         rays.masks[index],
     )  # fmt: skip
+
+
+@implements(make_probe, RayArrays)
+def probe_of_rays(batch, index, reach):
+    """Return the ray."""
+    return make_ray(batch, index, reach)
 
 
 @inlined

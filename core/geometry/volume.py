@@ -32,7 +32,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import dispatched, inlined, inner
+from ..kernels import dispatched, implements, inlined, inner
+from .rays import Ray
 
 EPS = np.finfo(np.float64).eps
 """Spacing of the numbers above 1: twice what one operation rounds, relatively."""
@@ -74,7 +75,7 @@ def prepare(volumes, ray, strips):
 
 @dispatched
 def span(volumes, index, ray, strips, limit):
-    """Return the t at which a ray enters a volume, at least 0, and leaves it, at most `limit`.
+    """Return the t at which a ray enters a volume, at least t_min, and leaves it, at most `limit`.
 
     A ray that misses enters after it leaves. Conservative: whatever is rounded, every hit of a
     triangle inside is in between.
@@ -82,13 +83,25 @@ def span(volumes, index, ray, strips, limit):
     raise TypeError(f"no span for {type(volumes).__name__}")
 
 
+@dispatched
+def pierce(probe, volumes, index, strips, limit):
+    """Return the t at which a probe enters and leaves a volume, as :func:`span` does for a ray."""
+    raise TypeError(f"no volumes for {type(probe).__name__}")
+
+
+@implements(pierce, Ray, inline=True)
+def pierce_by_ray(probe, volumes, index, strips, limit):
+    """Ask the volume."""
+    return span(volumes, index, probe, strips, limit)
+
+
 @inlined
 def enter(volumes, index, ray, strips, limit):
-    """Return the t at which the ray enters a volume, or MISS if it does not by t = `limit`.
+    """Return the t at which a probe enters a volume, or MISS if it does not by t = `limit`.
 
-    A ray that starts inside enters at 0.
+    One that starts inside enters at its t_min.
     """
-    t_enter, t_leave = span(volumes, index, ray, strips, limit)
+    t_enter, t_leave = pierce(ray, volumes, index, strips, limit)
     return t_enter if t_enter <= t_leave else MISS
 
 

@@ -347,6 +347,7 @@ class MacroGrid(Grid):
     label = "Grid with Macro-Cells"
     summary = "Uniform grid that skips empty space in boxes, by the distance to the next triangle"
     Settings = MacroGridSettings
+    takes_cones = False
     COUNTERS = COUNTERS
     FIGURES = (
         *grid.FIGURES,

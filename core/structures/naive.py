@@ -55,6 +55,7 @@ class Naive(Structure):
     label = "Naive"
     summary = "Every ray against every triangle: the baseline and the truth"
     Settings = NaiveSettings
+    takes_cones = True
     COUNTERS = N_TS, N_ETS, N_IT
     FIGURES = *OF_CELLS, *COST_OF_CELLS
 

@@ -163,6 +163,7 @@ class SortedVolumes(Structure):
     label = "Sorted Volumes"
     summary = "All bounding volumes, sorted by where the ray enters them, with an early end"
     Settings = SortedVolumesSettings
+    takes_cones = True
     COUNTERS = N_TS, N_ETS, N_IT, VOLUME_TESTS, CELLS_SKIPPED
     FIGURES = *OF_CELLS, *COST_OF_CELLS, EXPECTED_VOLUME_TESTS
 

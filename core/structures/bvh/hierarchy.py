@@ -119,6 +119,7 @@ class BVH(Structure):
     label = "BVH"
     summary = "Tree of bounding volumes, walked front to back"
     Settings = BVHSettings
+    takes_cones = True
     COUNTERS = N_TS, N_ETS, N_IT, VOLUME_TESTS
     FIGURES = FIGURES
 

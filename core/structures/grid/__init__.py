@@ -115,6 +115,7 @@ class Grid(Structure):
     label = "Uniform Grid"
     summary = "Equal cells in CSR lists, walked by a 3D DDA"
     Settings = GridSettings
+    takes_cones = True
     COUNTERS: ClassVar[tuple[Counter, ...]] = COUNTERS
     FIGURES: ClassVar[tuple[Figure, ...]] = FIGURES
 

@@ -14,7 +14,9 @@ import numpy as np
 
 from ...contract.events import VISIT_EMPTY, VISIT_LEAF, note
 from ...contract.leaf import EVERYWHERE, NOTHING
-from ...kernels import inner
+from ...geometry.cones import Cone
+from ...geometry.rays import Ray
+from ...kernels import dispatched, implements, inner
 from .cells import cell_at
 from .dda import FOREVER, end_of_walk, test_cell
 
@@ -23,10 +25,29 @@ from .dda import FOREVER, end_of_walk, test_cell
 def is_broad(grid, ray):
     """Say whether rounding may lead a ray past a cell that lists what it hits."""
     return (
-        ray.low_x - ray.ox > grid.tolerance[0]
+        breadth(ray) > 0.0
+        or ray.low_x - ray.ox > grid.tolerance[0]
         or ray.low_y - ray.oy > grid.tolerance[1]
         or ray.low_z - ray.oz > grid.tolerance[2]
     )
+
+
+@dispatched
+def breadth(probe):
+    """Return by how much a probe gets broader on either side while t goes up by 1."""
+    raise TypeError(f"no breadth of {type(probe).__name__}")
+
+
+@implements(breadth, Ray, inline=True)
+def breadth_of_ray(probe):
+    """Return 0: however broad rounding makes a ray, it stays so."""
+    return 0.0
+
+
+@implements(breadth, Cone)
+def breadth_of_cone(probe):
+    """Return how far the side departs from the axis."""
+    return probe.slope * probe.length
 
 
 @inner
@@ -45,7 +66,8 @@ def cells_between(grid, ray, axis, begin, end):
     o, d, slack, _ = along_axis(ray, axis)
     a, b = o + begin * d, o + end * d
     # A place is rounded by less than the slack once more.
-    low, high = (a if a < b else b) - 2.0 * slack, (b if a < b else a) + 2.0 * slack
+    margin = 2.0 * slack + breadth(ray) * end
+    low, high = (a if a < b else b) - margin, (b if a < b else a) + margin
     walls, size, count = grid.walls[axis], grid.cell_size[axis], grid.resolution[axis]
     return cell_at(walls, size, count, low), cell_at(walls, size, count, high)
 
@@ -72,8 +94,9 @@ def walk_broad(grid, geometry, ray, number, workspace, log, t_enter):
     slack = slack if d > 0.0 else -slack
     for step in range(count):
         layer = step if ascends == 1 else count - 1 - step
-        begin = (walls[layer + 1 - ascends] - (o + slack)) * inverse
-        end = (walls[layer + ascends] - (o - slack)) * inverse
+        begin, end = times_in_layer(
+            ray, walls[layer + 1 - ascends], walls[layer + ascends], o, d, slack, inverse
+        )
         if end < t_enter:
             continue
         if begin > end_of_walk(ray, best):
@@ -96,6 +119,42 @@ def walk_broad(grid, geometry, ray, number, workspace, log, t_enter):
                     grid, geometry, ray, number, workspace, log, cell, begin, EVERYWHERE, best
                 )
     return best, visited, empty
+
+
+@dispatched
+def times_in_layer(probe, near, far, o, d, slack, inverse):
+    """Return the t from and up to which a probe is in a layer between two walls.
+
+    Parameters
+    ----------
+    near, far : float
+        The walls, in the order in which they are crossed.
+    o, d, inverse : float
+        Origin, direction and inverse along the axis.
+    slack : float
+        Of the direction's sign.
+    """
+    raise TypeError(f"no times of {type(probe).__name__}")
+
+
+@implements(times_in_layer, Ray, inline=True)
+def times_of_ray(probe, near, far, o, d, slack, inverse):
+    """Move the origin so that it enters the earliest and leaves the latest."""
+    return (near - (o + slack)) * inverse, (far - (o - slack)) * inverse
+
+
+@implements(times_in_layer, Cone)
+def times_of_cone(probe, near, far, o, d, slack, inverse):
+    """Let one side run ahead of the axis and the other stay behind.
+
+    A cone that is so wide that the one behind goes the other way is everywhere, sooner or later.
+    """
+    sign, spread = (1.0 if d > 0.0 else -1.0), breadth(probe)
+    ahead, behind = abs(d) + spread, abs(d) - spread
+    to_near, to_far = sign * (near - o) - abs(slack), sign * (far - o) + abs(slack)
+    if behind <= 0.0:
+        return (to_near / ahead if to_near > 0.0 else probe.t_min), FOREVER
+    return (to_near / ahead if to_near > 0.0 else to_near / behind), to_far / behind
 
 
 @inner

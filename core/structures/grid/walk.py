@@ -5,7 +5,8 @@ from __future__ import annotations
 from ...contract.events import VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 from ...contract.leaf import NOTHING
 from ...contract.structure import lost, walk
-from ...geometry.box import MISS, enter_box
+from ...geometry.box import Boxes
+from ...geometry.volume import MISS, enter
 from ...kernels import implements
 from .broad import is_broad, walk_broad
 from .cells import GridArrays
@@ -32,7 +33,7 @@ def walk_grid(structure, geometry, ray, number, workspace, log):
     """Step from cell to cell until the nearest hit lies before the next wall."""
     best, visited, empty = NOTHING, 0, 0
 
-    t = enter_box(structure.box, 0, ray, ray.t_max)
+    t = enter(Boxes(structure.box), 0, ray, workspace.frame, ray.t_max)
     note(log, VOLUME_TEST, -1, -1, t, t)
     if t == MISS:
         return found(best, visited, empty)

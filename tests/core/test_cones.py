@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cones through naive, grid and bvh: the same items, bit for bit, and the right ones."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from accelscope.core.contract.events import TEST
+from accelscope.core.errors import InputError
+from accelscope.core.geometry.cones import Cone
+from accelscope.core.geometry.kinds import KINDS
+from accelscope.core.geometry.rays import Ray, Rays
+from accelscope.core.scene import Scene
+from accelscope.core.structures import structure_named, structures
+from accelscope.sample_scenes import make_sample
+
+ANGLES = [0.001, 0.05, 0.3, 0.9, 1.5]
+SPECS = [
+    ("grid", {}),
+    ("grid", {"resolution": (7, 1, 3), "mailbox": False}),
+    ("bvh", {"arity": "4"}),
+    ("sorted_volumes", {}),
+    *(("bvh", {"volume": volume}) for volume in sorted(KINDS)),
+]
+
+
+def soup(count=150, seed=3):
+    rng = np.random.default_rng(seed)
+    corners = rng.normal(size=(count, 1, 3)) * 2.0 + rng.normal(size=(count, 3, 3)) * 0.4
+    return Scene.from_triangles(corners, "soup")
+
+
+def cones(count=40, seed=5):
+    """Axes with their angles; every other cone has two ends."""
+    rng = np.random.default_rng(seed)
+    origins = rng.normal(size=(count, 3)) * 3.0
+    directions = rng.normal(size=(count, 3)) - 0.3 * origins
+    is_cut = np.arange(count) % 2 == 1
+    rays = Rays.from_arrays(
+        origins, directions, np.where(is_cut, 2.0, np.inf), t_min=np.where(is_cut, 0.3, 0.0)
+    )
+    return rays, rng.choice(ANGLES, count)
+
+
+def built(name, scene, **changes):
+    kind = structure_named(name)
+    return kind.build(scene, dataclasses.replace(kind.Settings(), **changes))
+
+
+@pytest.mark.parametrize(("name", "changes"), SPECS, ids=lambda value: str(value))
+def test_every_structure_finds_what_naive_finds(name, changes):
+    scene = soup()
+    naive, structure = built("naive", scene), built(name, scene, **changes)
+    rays, angles = cones()
+    for index, angle in enumerate(angles):
+        expected, _ = naive.cover(rays, index, angle)
+        items, steps = structure.cover(rays, index, angle)
+        np.testing.assert_array_equal(items, expected)
+        tests = steps.events_of(TEST)
+        assert steps.tally()["N_IT"] == len(tests)
+
+
+def test_what_is_met_has_a_point_in_the_cone():
+    """Points spread over every triangle are looked at: none in a cone may be missed."""
+    scene = soup()
+    naive = built("naive", scene)
+    rays, angles = cones()
+    share = np.linspace(0.0, 1.0, 50)
+    a, b = (grid.ravel() for grid in np.meshgrid(share, share))
+    weights = np.stack([1.0 - a - b, a, b], axis=1)[a + b <= 1.0]
+    points = np.einsum("wk,nkc->nwc", weights, scene.triangles)
+    unseen = total = 0
+    for index, angle in enumerate(angles):
+        length = np.linalg.norm(rays.directions[index])
+        seen = points - rays.origins[index]
+        along = seen @ (rays.directions[index] / length)
+        across = np.sqrt(np.maximum((seen**2).sum(axis=2) - along**2, 0.0))
+        inside = across <= along * np.tan(angle)
+        inside &= (along >= rays.t_min[index] * length) & (along <= rays.t_max[index] * length)
+        expected = set(np.flatnonzero(inside.any(axis=1)).tolist())
+        items = set(naive.cover(rays, index, angle)[0].tolist())
+        assert expected <= items
+        unseen, total = unseen + len(items - expected), total + len(items)
+    # Those that are only grazed, between two of the points.
+    assert unseen <= 0.01 * total
+
+
+def test_a_square_beside_the_axis_is_met_from_its_angle_on():
+    square = np.array([[[2.0, 1.0, -9.0], [2.0, 1.0, 9.0], [2.0, 5.0, 0.0]]])
+    naive = built("naive", Scene.from_triangles(square, "square"))
+    axis = Rays.from_arrays(np.zeros((1, 3)), np.array([[3.0, 0.0, 0.0]]))
+    exact = np.arctan(0.5)  # its nearest point is (2, 1, 0)
+    assert list(naive.cover(axis, 0, exact * (1.0 + 1e-12))[0]) == [0]
+    assert list(naive.cover(axis, 0, exact * (1.0 - 1e-12))[0]) == []
+
+
+def test_a_triangle_around_the_axis_is_met_by_the_thinnest_cone():
+    around = np.array([[[2.0, -1.0, -1.0], [2.0, 2.0, 0.0], [2.0, -1.0, 1.0]]])
+    naive = built("naive", Scene.from_triangles(around, "around"))
+    axis = Rays.from_arrays(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]), 5.0)
+    assert list(naive.cover(axis, 0, 1e-9)[0]) == [0]
+    short = Rays.from_arrays(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]), 1.5)
+    assert list(naive.cover(short, 0, 1e-9)[0]) == []
+
+
+def test_a_cone_has_all_that_a_ray_has():
+    assert Cone._fields[: len(Ray._fields)] == Ray._fields
+
+
+def test_refusals():
+    rays, _ = cones(1)
+    for name, kind in structures().items():
+        structure = kind.build(soup(20), kind.Settings())
+        if not structure.takes_cones:
+            with pytest.raises(InputError, match=f"cones do not go through {name}; choose"):
+                structure.cover(rays, 0, 0.1)
+    naive = built("naive", soup(20))
+    for angle in (0.0, np.pi / 2.0, np.nan):
+        with pytest.raises(InputError, match="angle of a cone"):
+            naive.cover(rays, 0, angle)
+    solids = built("naive", make_sample("balls:size=1"))
+    with pytest.raises(InputError, match="cones meet with triangles only"):
+        solids.cover(rays, 0, 0.1)
