@@ -7,7 +7,6 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.geometry.solids.mixed import Mixed
-from ...core.geometry.solids.tessellation import tessellated
 from ...core.scene import POINT, Camera, Scene
 from ..from_blender import extraction
 
@@ -22,6 +21,9 @@ def add_scene(context: bpy.types.Context, scene: Scene, label: str) -> bpy.types
     label : str
         Name of the collection.
     """
+    # Imports Numba, which Blender's start does not wait for.
+    from ...core.geometry.solids.tessellation import tessellated
+
     collection = bpy.data.collections.new(label)
     context.scene.collection.children.link(collection)
     for obj in context.selected_objects:

@@ -93,7 +93,7 @@ class Cone(NamedTuple):
     slope: float
 
 
-def cones_around(rays: Rays, half_angles: np.ndarray) -> ConeArrays:
+def cones_around(rays: Rays, half_angles: np.ndarray | float) -> ConeArrays:
     """Return cones whose axes are rays; `half_angles`, (n,), in radians, are below a right one."""
     arrays = rays.arrays()._replace(queries=np.full(len(rays), ALL, dtype=np.uint8))
     return ConeArrays(arrays, np.tan(np.broadcast_to(half_angles, len(rays))))

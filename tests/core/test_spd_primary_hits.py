@@ -50,6 +50,7 @@ def test_hits_are_those_counted_without_any_structure(build, name):
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_hits_are_the_published_ones(build, name):
     scene = make_sample(name)
+    assert scene.camera is not None
     wider = math.tan(math.radians(scene.camera.fov) / 2.0) * 512.0 / 511.0
     camera = dataclasses.replace(scene.camera, fov=2.0 * math.degrees(math.atan(wider)))
     # Counted in 1987 and after, with the precision of that time: at most 8 rays apart of 263,169.
