@@ -13,8 +13,9 @@ import numpy as np
 from ...errors import InputError
 from ..triangles import reach_of
 
-# Imported for what it registers: triangles around items.
+# Imported for what they register: triangles around items, and normals.
 from . import hulls as hulls
+from . import normals as normals
 from .description import Item, MovingTriangle, Placed, Polygon, Triangle
 from .frames import DEPENDENT, FRAMES, place
 from .mixed import MOVING_TRIANGLE, NORMAL, POLYGON, TRIANGLE, Mixed
