@@ -103,6 +103,10 @@ NOWHERE = -2
 """Primitive of a ray whose walk has lost its way."""
 
 
+MISSING = -3
+"""Primitive of a ray whose walk has met cells that are not made yet (:mod:`.lazy`)."""
+
+
 def lost(counters: tuple[Counter, ...]) -> Found:
     """Return what a walk returns that has taken more steps than there can be.
 
@@ -110,6 +114,28 @@ def lost(counters: tuple[Counter, ...]) -> Found:
     an error for it.
     """
     return Found(np.inf, np.int64(NOWHERE), (0,) * len(counters))
+
+
+def missing(counters: tuple[Counter, ...]) -> Found:
+    """Return what a walk returns that has met cells not made yet, and noted them."""
+    return Found(np.inf, np.int64(MISSING), (0,) * len(counters))
+
+
+class Made(NamedTuple):
+    """How much of a structure has been made for rays that entered it (:mod:`.lazy`).
+
+    Attributes
+    ----------
+    cells : int
+    seconds : float
+        That making them took.
+    passes : int
+        How often rays were stopped, and traced again, for cells that were missing.
+    """
+
+    cells: int
+    seconds: float
+    passes: int
 
 
 @dataclass(frozen=True)
@@ -330,6 +356,10 @@ class Structure(abc.ABC):
         """Return the bytes of the structure's arrays, without the scene's triangles."""
         return sum(array.nbytes for array in arrays_in(self.arrays))
 
+    def made(self) -> Made | None:
+        """Return what has been made for rays so far; None if all was made by the build."""
+        return None
+
     def trace(
         self,
         rays: Rays,
@@ -371,18 +401,33 @@ class Structure(abc.ABC):
         arrays = rays.arrays()
         if query is not None:
             arrays = arrays._replace(queries=np.full(count, query, dtype=np.uint8))
-        t = np.empty(count)
-        primitive: np.ndarray = np.empty(count, dtype=self._number_type)
-        counters = np.empty((count, len(self.counters)), dtype=np.int32)
+        t, primitive, counters = self._trace_all(arrays, threads, progress)
+        self._complain_of_lost(primitive)
+        return Hits(t, primitive), Counts(self.counters, counters)
+
+    def _trace_all(
+        self, rays: RayArrays | ConeArrays, threads: int, progress: Progress
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Trace rays in threads; return t, primitives and counters of each."""
+        return self._trace_through(self.arrays, rays, threads, progress)
+
+    def _trace_through(
+        self, arrays: Any, rays: RayArrays | ConeArrays, threads: int, progress: Progress
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Trace rays through the structure as it stands in `arrays`."""
+        count = len(next(arrays_in(rays)))
+        out = (
+            np.empty(count), np.empty(count, self._number_type),
+            np.empty((count, len(self.counters)), np.int32),
+        )  # fmt: skip
         spare = Spare(self._deep_workspace)
 
         def trace_chunk(first: int, last: int) -> None:
             with spare.lent() as workspace:
-                self._trace(arrays, first, last, workspace, make_log(0), t, primitive, counters)
+                self._trace(arrays, rays, first, last, workspace, make_log(0), *out)
 
         for_chunks(trace_chunk, count, threads, progress, f"Tracing {self.name}")
-        self._complain_of_lost(primitive)
-        return Hits(t, primitive), Counts(self.counters, counters)
+        return out
 
     def record(self, rays: Rays, index: int, query: int | None = None) -> Steps:
         """Record the walk of one ray of a batch, with the same kernel that counts.
@@ -439,23 +484,18 @@ class Structure(abc.ABC):
         capacity = 1024
         while True:
             log = make_log(capacity)
-            self._trace(arrays, 0, 1, self._deep_workspace(), log, *out)
+            self._trace(self.arrays, arrays, 0, 1, self._deep_workspace(), log, *out)
             self._complain_of_lost(out[1])
             if log.written[N_EVENTS] <= capacity:
                 return Steps.from_log(log, self.counters)
             capacity = int(log.written[N_EVENTS])
 
     def _trace(
-        self,
-        rays: RayArrays | ConeArrays,
-        first: int,
-        last: int,
-        workspace: Workspace,
-        log: Log,
-        *out: Any,
-    ) -> None:
+        self, arrays: Any, rays: RayArrays | ConeArrays, first: int, last: int,
+        workspace: Workspace, log: Log, *out: Any,
+    ) -> None:  # fmt: skip
         """Run the driver over a range of rays."""
-        call(trace_range, self.arrays, self.geometry, rays, first, last, workspace, log, *out)
+        call(trace_range, arrays, self.geometry, rays, first, last, workspace, log, *out)
 
     def _complain_of_lost(self, primitive: np.ndarray) -> None:
         """Raise RuntimeError if a walk has lost its way."""

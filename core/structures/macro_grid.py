@@ -50,8 +50,9 @@ from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
 from . import grid
-from .grid import Grid, GridSettings, dda
+from .grid import Grid, dda
 from .grid.broad import is_broad, walk_broad
+from .grid.cells import all_made, list_of
 from .grid.dda import (
     ALREADY,
     X,
@@ -67,12 +68,13 @@ from .grid.dda import (
     test_cell,
     wall_t,
 )
+from .grid.settings import CellSettings
 
 # ------------------------------------------------------------------------------------- settings
 
 
 @dataclass(frozen=True)
-class MacroGridSettings(GridSettings):
+class MacroGridSettings(CellSettings):
     """Settings of the grid with macro-cells: those of the grid, and the kind of regions."""
 
     regions: str = setting(
@@ -111,6 +113,8 @@ class MacroGridArrays(NamedTuple):
     mailbox: bool
     distances: np.ndarray
 
+
+all_made(MacroGridArrays)
 
 # ----------------------------------------------------------------------------------------- build
 
@@ -284,7 +288,7 @@ def walk_macro_grid(structure, geometry, ray, number, workspace, log):
     if t == MISS:
         return found_with_regions(best, visited, empty, skipped)
     if is_broad(structure, ray):
-        best, visited, empty = walk_broad(structure, geometry, ray, number, workspace, log, t)
+        best, visited, empty, _ = walk_broad(structure, geometry, ray, number, workspace, log, t)
         return found_with_regions(best, visited, empty, skipped)
 
     octant = 0
@@ -305,9 +309,10 @@ def walk_macro_grid(structure, geometry, ray, number, workspace, log):
         if distance == 0:
             t_exit = min(place.wall_x, place.wall_y, place.wall_z)
             note(log, VISIT_LEAF, cell, -1, t, t_exit)
+            begin, end = list_of(structure, cell)
             best = test_cell(
-                structure, geometry, ray, number, workspace, log, cell, t, t_exit, best
-            )
+                structure, geometry, ray, number, workspace, log, cell, begin, end, t, t_exit, best
+            )  # fmt: skip
             t_last = end_of_walk(ray, best)
             if t_exit > t_last:
                 break
@@ -363,14 +368,14 @@ class MacroGrid(Grid):
     arrays: MacroGridArrays  # type: ignore[assignment]  # those of a grid, and distances
 
     @staticmethod
-    def more_bytes_per_cell(settings: GridSettings) -> int:
+    def more_bytes_per_cell(settings: CellSettings) -> int:
         """Return one byte for each distance."""
         assert isinstance(settings, MacroGridSettings)
         return MAPS[settings.regions]
 
     @classmethod
     def build(
-        cls, scene: Scene, settings: GridSettings, progress: Progress = SILENT, *, log: bool = False
+        cls, scene: Scene, settings: CellSettings, progress: Progress = SILENT, *, log: bool = False
     ) -> MacroGrid:
         """Fill the cells of the grid, then measure their distances."""
         assert isinstance(settings, MacroGridSettings)

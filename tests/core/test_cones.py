@@ -18,6 +18,7 @@ ANGLES = [0.001, 0.05, 0.3, 0.9, 1.5]
 SPECS = [
     ("grid", {}),
     ("grid", {"resolution": (7, 1, 3), "mailbox": False}),
+    ("grid", {"lazy": True, "mailbox": True}),
     ("bvh", {"arity": "4"}),
     ("sorted_volumes", {}),
     *(("bvh", {"volume": volume}) for volume in sorted(KINDS)),

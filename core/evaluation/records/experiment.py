@@ -21,7 +21,7 @@ import numpy as np
 
 from ...contract.counters import Counts
 from ...contract.figures import of_keys
-from ...contract.structure import Hits, Structure
+from ...contract.structure import Hits, Made, Structure
 from ...errors import InputError
 from ...geometry.rays import ALL, Rays, joined_rays
 from ...kernels import announcing
@@ -50,7 +50,10 @@ class Built:
 
 @dataclass(frozen=True)
 class Traced:
-    """A traced workload: what it was, its rays, what they hit, what it cost on some threads."""
+    """A traced workload: what it was, its rays, what they hit, what it cost on some threads.
+
+    Of the seconds, those that went into making the cells of a lazy structure stand under `made`.
+    """
 
     workload: type[Workload]
     settings: Any
@@ -59,6 +62,7 @@ class Traced:
     counters: Counts
     seconds: float
     threads: int
+    made: Made | None = None
 
 
 def build(
@@ -93,12 +97,12 @@ def build(
 def warm_up(structure_type: type[Structure], settings: Any, progress: Progress = SILENT) -> None:
     """Compile the kernels of a structure, or load them from the cache; announce a compilation.
 
-    Other choices, such as another walk, have other kernels; numbers and switches have not.
+    Other choices, such as another walk, have other kernels, and so may switches; numbers have not.
     """
     choices = {
         field.name: getattr(settings, field.name)
         for field in dataclasses.fields(settings)
-        if field.metadata["choices"]
+        if field.metadata["choices"] or isinstance(field.default, bool)
     }
     # Enough of a muddle that even what only improves a poor tree has something to do.
     random = np.random.default_rng(1)
@@ -147,6 +151,7 @@ def trace_rays(
     """
     generations = workload.generations(built.structure.scene, settings, rays)
     batches, hits, counts, seconds = [next(generations)], [], [], 0.0
+    before = built.structure.made()
     with contextlib.suppress(StopIteration):
         while True:
             start = time.perf_counter()
@@ -160,8 +165,16 @@ def trace_rays(
         Hits(np.concatenate([hit.t for hit in hits]),
              np.concatenate([hit.primitive for hit in hits])),
         Counts(built.structure.counters, np.concatenate(counts)), seconds,
-        threads or core_count(),
+        threads or core_count(), made_since(before, built.structure),
     )  # fmt: skip
+
+
+def made_since(before: Made | None, structure: Structure) -> Made | None:
+    """Return what a lazy structure has made since it had made `before`; None of any other."""
+    now = structure.made()
+    if before is None or now is None:
+        return None
+    return Made(*(new - old for new, old in zip(now, before, strict=True)))
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
@@ -255,6 +268,8 @@ def make_record(built: Built, traced: Traced | None, progress: Progress = SILENT
         **traced.counters.means(),
         "by_class": by_class(traced),
     }
+    if traced.made is not None:
+        record["trace"]["lazy"] = traced.made._asdict()
     return record
 
 

@@ -159,6 +159,9 @@ RAYS = (
     Row("Rays", "Hits", ("trace", "hits"), "count", "hits"),
     Row("Rays", "Trace time", ("trace", "seconds"), "seconds"),
     Row("Rays", "Rays per second", ("trace", "rays_per_second"), "count"),
+    Row("Rays", "Cells made", ("trace", "lazy", "cells"), "count"),
+    Row("Rays", "of the time, making them", ("trace", "lazy", "seconds"), "seconds"),
+    Row("Rays", "in passes", ("trace", "lazy", "passes"), "count"),
 )
 
 

@@ -2,13 +2,15 @@
 
 The scene's box is cut into nx * ny * nz equal cells, as many as are given or as there should be for
 so many triangles (:mod:`.resolution`); each cell lists the triangles that overlap it
-(:mod:`.cells`). A ray enters at a cell and steps from wall to wall (:mod:`.dda`, :mod:`.walk`).
+(:mod:`.cells`), at once or when a ray first enters it (:mod:`.lazy`). A ray enters at a cell and
+steps from wall to wall (:mod:`.dda`, :mod:`.walk`).
 """
 
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
+import dataclasses
+import itertools
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,18 +18,19 @@ import numpy as np
 from ...contract.cells import Cells
 from ...contract.counters import Counter
 from ...contract.figures import COST_OF_CELLS, OF_CELLS, Figure
+from ...contract.lazy import CELLS_MADE, LazyStructure
 from ...contract.statistics import Statistics
-from ...contract.structure import Structure, intersection_cost, traversal_cost
+from ...contract.structure import Structure
 from ...errors import InputError
 from ...geometry.box_shape import surface_area
 from ...geometry.triangles import Triangles
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
 from ...progress import SILENT, Progress
 from ...scene import Scene
-from ...settings import OPEN, setting
 from . import walk as walk  # registers it
-from .cells import GridArrays, fill_cells, margin_and_tolerance
+from .cells import GridArrays, empty_grid, fill_cells, margin_and_tolerance
 from .dda import COUNTERS
+from .lazy import NOT_MADE, make_lists, sort_into_blocks
 from .resolution import (
     REFERENCES_PER_CELL,
     USUAL_DENSITY,
@@ -35,6 +38,7 @@ from .resolution import (
     reference_terms,
     resolution_by_rule,
 )
+from .settings import CellSettings, GridSettings
 
 BYTES_PER_CELL = 64
 """Per cell: its offset, and what the figures of all cells take for a moment."""
@@ -43,69 +47,16 @@ BYTES_PER_WALL = 24
 """Per cell along the axis that has most."""
 
 
-@dataclass(frozen=True)
-class GridSettings:
-    """Settings of the uniform grid."""
-
-    resolution: tuple[int, int, int] = setting(
-        (0, 0, 0),
-        "Resolution",
-        "Cells along x, y and z; 0 leaves it to the rule",
-        unit="cells",
-        minimum=0,
-        unset="auto",
-    )
-    rule: str = setting(
-        "woo",
-        "Rule",
-        "How the resolution follows from the number of triangles N and the density D",
-        choices={
-            "regular": "n = (D N)^(1/3) along every axis",
-            "woo": "Near-cubic cells: (D N)^(1/3) along the longest axis, fewer along the others",
-            "heterogeneous": "Cubic cells, D N of them in all (Klimaszewski)",
-        },
-        only_for={"resolution": OPEN},
-    )
-    density: float = setting(
-        3.0,
-        "Density",
-        "Cells per triangle that the rule aims at; fewer where triangles are large",
-        minimum=1e-6,
-        maximum=1e6,
-        only_for={"resolution": OPEN},
-    )
-    padding: float = setting(
-        0.001,
-        "Padding",
-        "Enlargement of the scene's box on each side, as a share of its size",
-        minimum=0.0,
-        maximum=10.0,
-    )
-    overlap: str = setting(
-        "closed",
-        "Overlap",
-        "Whether a triangle that only touches a cell's wall belongs to that cell",
-        choices={
-            "closed": "A triangle that reaches up to a wall also belongs to the cell above it",
-            "open": "Only a true overlap counts; a ray that runs exactly in a wall may miss it",
-        },
-    )
-    assignment: str = setting(
-        "box",
-        "Assignment",
-        "What is compared with a cell",
-        choices={"box": "The triangle's bounding box", "exact": "The triangle itself"},
-    )
-    mailbox: bool = setting(False, "Mailbox", "Test a triangle at most once per ray")
-    C_trav: float = traversal_cost(is_flat=True)
-    C_isect: float = intersection_cost()
-
-
 FIGURES = (
     Figure("resolution", "cells along x, y and z", "Resolution", "count"),
     *OF_CELLS,
     *COST_OF_CELLS,
 )
+
+
+def comparison(settings: CellSettings) -> dict[str, bool]:
+    """Return how triangles are compared with cells."""
+    return {"is_open": settings.overlap == "open", "is_exact": settings.assignment == "exact"}
 
 
 class Grid(Structure):
@@ -117,7 +68,7 @@ class Grid(Structure):
     Settings = GridSettings
     takes_cones = True
     COUNTERS: ClassVar[tuple[Counter, ...]] = COUNTERS
-    FIGURES: ClassVar[tuple[Figure, ...]] = FIGURES
+    FIGURES: ClassVar[tuple[Figure, ...]] = (*FIGURES, CELLS_MADE)
 
     arrays: GridArrays
 
@@ -127,7 +78,7 @@ class Grid(Structure):
         return self.settings.mailbox
 
     @staticmethod
-    def _box(scene: Scene, settings: GridSettings) -> tuple[np.ndarray, np.ndarray]:
+    def _box(scene: Scene, settings: CellSettings) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and upper corner of the grid, (3,) each."""
         size = scene.upper - scene.lower
         margin = settings.padding * size
@@ -136,7 +87,7 @@ class Grid(Structure):
         return scene.lower - margin, scene.upper + margin
 
     @classmethod
-    def _most_cells(cls, scene: Scene, settings: GridSettings) -> np.ndarray:
+    def _most_cells(cls, scene: Scene, settings: CellSettings) -> np.ndarray:
         """Return the resolution that is given or that the rule aims at, (3,) float64."""
         given = np.array(settings.resolution)
         if (given > 0).all():
@@ -146,7 +97,7 @@ class Grid(Structure):
         return np.where(given > 0, given, by_rule)
 
     @classmethod
-    def _resolution(cls, scene: Scene, settings: GridSettings) -> np.ndarray:
+    def _resolution(cls, scene: Scene, settings: CellSettings) -> np.ndarray:
         """Return the resolution, (3,) float64: fewer cells where triangles are large.
 
         To know that, all triangles are looked at.
@@ -160,7 +111,7 @@ class Grid(Structure):
         return lowered(resolution, is_open, terms, most)
 
     @classmethod
-    def refuse_too_large(cls, scene: Scene, settings: GridSettings) -> None:
+    def refuse_too_large(cls, scene: Scene, settings: CellSettings) -> None:
         """Refuse a resolution whose cells do not fit, with the arrays their figures need.
 
         No triangle is looked at where not even the most cells would be too many.
@@ -170,7 +121,7 @@ class Grid(Structure):
         return cls._refuse_cells(cls._resolution(scene, settings), settings)
 
     @classmethod
-    def _refuse_cells(cls, resolution: np.ndarray, settings: GridSettings) -> None:
+    def _refuse_cells(cls, resolution: np.ndarray, settings: CellSettings) -> None:
         n_cells = float(np.prod(resolution))
         words = "x".join(f"{n:.0f}" for n in resolution)
         refuse_if_unnumbered(n_cells, "cells of the grid", "lower the resolution")
@@ -182,13 +133,27 @@ class Grid(Structure):
         )
 
     @staticmethod
-    def more_bytes_per_cell(settings: GridSettings) -> int:
+    def more_bytes_per_cell(settings: CellSettings) -> int:
         """Return what a kind of grid keeps for every cell beside its list."""
         return 0
 
     @classmethod
+    def cut(cls, scene: Scene, settings: CellSettings) -> GridArrays:
+        """Cut the scene's box into cells, which list nothing yet.
+
+        Raises
+        ------
+        InputError
+            When the settings ask for more memory than there is.
+        """
+        lower, upper = cls._box(scene, settings)
+        resolution = cls._resolution(scene, settings)
+        cls._refuse_cells(resolution, settings)
+        return empty_grid(scene, lower, upper, resolution.astype(np.int64), settings.mailbox)
+
+    @classmethod
     def fill(
-        cls, scene: Scene, settings: GridSettings, progress: Progress
+        cls, scene: Scene, settings: CellSettings, progress: Progress
     ) -> tuple[GridArrays, Any]:
         """Cut the scene's box into cells, and list the triangles in each.
 
@@ -199,22 +164,17 @@ class Grid(Structure):
         Cancelled
             From `progress`.
         """
-        lower, upper = cls._box(scene, settings)
-        resolution = cls._resolution(scene, settings)
-        cls._refuse_cells(resolution, settings)
-        items = scene.items()
-        grid = fill_cells(
-            scene, items, lower, upper, resolution.astype(np.int64),
-            is_open=settings.overlap == "open", is_exact=settings.assignment == "exact",
-            mailbox=settings.mailbox, progress=progress,
-        )  # fmt: skip
+        grid, items = cls.cut(scene, settings), scene.items()
+        grid = fill_cells(grid, scene, items, **comparison(settings), progress=progress)
         return grid, items
 
     @classmethod
     def build(
-        cls, scene: Scene, settings: GridSettings, progress: Progress = SILENT, *, log: bool = False
+        cls, scene: Scene, settings: CellSettings, progress: Progress = SILENT, *, log: bool = False
     ) -> Grid:
-        """Fill the cells; there is nothing else to do."""
+        """Fill the cells, or leave that to the rays; there is nothing else to do."""
+        if isinstance(settings, GridSettings) and settings.lazy:
+            return LazyGrid.build_blocks(scene, settings, progress)
         return cls(scene, settings, *cls.fill(scene, settings, progress))
 
     def _counts(self) -> np.ndarray:
@@ -253,14 +213,34 @@ class Grid(Structure):
 
         With exact assignment the latter is checked at the corners of triangles only.
         """
-        violations = []
         offsets, references = self.arrays.offsets, self.arrays.references
         if offsets[0] != 0 or offsets[-1] != len(references) or (np.diff(offsets) < 0).any():
-            violations.append("cell offsets do not partition the references")
-            return violations
+            return ["cell offsets do not partition the references"]
+        violations = []
         if len(np.unique(references)) != len(self.scene):
             violations.append("a triangle is in no cell")
         cell_of = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+        low, high = self._spans()
+        overlapped = np.prod(high - low + 1, axis=1)
+        return violations + self._wrong_lists(
+            cell_of, references, overlapped, np.ones(len(offsets) - 1, bool)
+        )
+
+    def _wrong_lists(
+        self, cell_of: np.ndarray, references: np.ndarray, overlapped: np.ndarray, made: np.ndarray
+    ) -> list[str]:
+        """Compare lists with what they should hold.
+
+        Parameters
+        ----------
+        cell_of, references : (m,) int
+            The lists, cell by cell: cells and triangles.
+        overlapped : (n,) int
+            Of how many cells that have lists each triangle's box overlaps.
+        made : (n_cells,) bool
+            Which cells have lists.
+        """
+        violations = []
         same = cell_of[1:] == cell_of[:-1]
         if (np.diff(references)[same] <= 0).any():
             violations.append("a cell lists a triangle twice or out of order")
@@ -270,13 +250,12 @@ class Grid(Structure):
         if (index < low[references]).any() or (index > high[references]).any():
             violations.append("a cell lists a triangle whose box lies outside it")
         listed = np.bincount(references, minlength=len(self.scene))
-        overlapped = np.prod(high - low + 1, axis=1)
         if self.settings.assignment == "box" and (listed < overlapped).any():
             violations.append("a cell does not list a triangle whose box overlaps it")
         if not isinstance(self.geometry, Triangles):
             return violations
         corners = self._cells_of_corners()
-        pairs = corners * len(self.scene) + np.arange(len(self.scene))[:, None]
+        pairs = (corners * len(self.scene) + np.arange(len(self.scene))[:, None])[made[corners]]
         if not np.isin(pairs, cell_of * len(self.scene) + references).all():
             violations.append("a triangle is not listed by the cell of one of its corners")
         return violations
@@ -309,6 +288,66 @@ class Grid(Structure):
         index = np.clip(index, low[:, None], high[:, None])
         _, ny, nz = self.arrays.resolution
         return (index[..., 0] * ny + index[..., 1]) * nz + index[..., 2]
+
+
+class LazyGrid(LazyStructure, Grid):
+    """A grid whose cells list their triangles when a ray first enters them (:mod:`.lazy`)."""
+
+    @classmethod
+    def build_blocks(
+        cls, scene: Scene, settings: GridSettings, progress: Progress = SILENT
+    ) -> LazyGrid:
+        """Sort the triangles into blocks of cells."""
+        grid, items, is_open = cls.cut(scene, settings), scene.items(), settings.overlap == "open"
+        blocks = sort_into_blocks(grid, scene, items, is_open=is_open, progress=progress)
+        return cls(scene, settings, blocks, items)
+
+    def cell_count(self) -> int:
+        """Return the number of cells."""
+        return len(self.arrays.ends)
+
+    def make_cells(self, wanted: np.ndarray, threads: int, progress: Progress) -> tuple[Any, int]:
+        """List the triangles in cells."""
+        return make_lists(
+            self.arrays, self.scene, self.geometry, wanted, threads, progress,
+            **comparison(self.settings),
+        )  # fmt: skip
+
+    def _counts(self) -> np.ndarray:
+        """Return the references per cell, 0 in those that are not made."""
+        return np.maximum(self.arrays.ends, self.arrays.begins) - self.arrays.begins
+
+    def cells(self, progress: Progress = SILENT) -> Cells:
+        """Return all cells; ``is_made`` says which of them are."""
+        is_made = self.arrays.ends != NOT_MADE
+        return dataclasses.replace(super().cells(progress), extra={"is_made": is_made})
+
+    def statistics(self, progress: Progress = SILENT) -> Statistics:
+        """Return the figures of what is made: other cells count as empty ones."""
+        figures = super().statistics(progress)
+        made = int((self.arrays.ends != NOT_MADE).sum())
+        return dataclasses.replace(figures, extra={**figures.extra, CELLS_MADE.key: made})
+
+    def validate(self) -> list[str]:
+        """Check the lists that are made."""
+        begins, ends, references = self.arrays.begins, self.arrays.ends, self.arrays.references
+        made = ends != NOT_MADE
+        cells = np.flatnonzero(made)
+        order = cells[np.lexsort((ends[cells], begins[cells]))]
+        if (begins[order] != np.concatenate([[0], ends[order]])[: len(order)]).any() or (
+            ends[order[-1:]] != len(references)
+        ).any():
+            return ["the lists of cells do not partition the references"]
+        # The sum of what is made up to each cell of every axis gives that of any span.
+        sums = np.pad(made.reshape(tuple(self.arrays.resolution)).astype(np.int64), [(1, 0)] * 3)
+        sums = sums.cumsum(axis=0).cumsum(axis=1).cumsum(axis=2)
+        low, high = self._spans()
+        overlapped = np.zeros(len(low), np.int64)
+        for upper in itertools.product((0, 1), repeat=3):
+            corner = np.where(upper, high + 1, low)
+            overlapped += (-1) ** (3 - sum(upper)) * sums[tuple(corner.T)]
+        sizes = ends[order] - begins[order]
+        return self._wrong_lists(np.repeat(order, sizes), references, overlapped, made)
 
 
 STRUCTURE = Grid

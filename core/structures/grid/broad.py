@@ -17,7 +17,7 @@ from ...contract.leaf import EVERYWHERE, NOTHING
 from ...geometry.cones import Cone
 from ...geometry.rays import Ray
 from ...kernels import dispatched, implements, inner
-from .cells import cell_at
+from .cells import cell_at, list_of, most_missing, note_if_missing
 from .dda import FOREVER, end_of_walk, test_cell
 
 
@@ -79,10 +79,10 @@ def walk_broad(grid, geometry, ray, number, workspace, log, t_enter):
     Returns
     -------
     best : Best
-    visited, empty : int
-        Cells.
+    visited, empty, lacking : int
+        Cells; the last are not made yet.
     """
-    best, visited, empty = NOTHING, 0, 0
+    best, visited, empty, lacking = NOTHING, 0, 0, 0
     ny, nz = grid.resolution[1], grid.resolution[2]
     axis = np.int64(ray.kz)
     u, v = (axis + 1) % 3, (axis + 2) % 3
@@ -110,15 +110,22 @@ def walk_broad(grid, geometry, ray, number, workspace, log, t_enter):
             for k in range(first_v, last_v + 1):
                 cell = layer * stride + i * stride_u + k * stride_v
                 visited += 1
-                if grid.offsets[cell] == grid.offsets[cell + 1]:
+                if note_if_missing(grid, cell):
+                    lacking += 1
+                    if lacking >= most_missing(grid):
+                        return best, visited, empty, lacking
+                    continue
+                first_slot, end_slot = list_of(grid, cell)
+                if first_slot == end_slot:
                     empty += 1
                     note(log, VISIT_EMPTY, cell, -1, begin, end)
                     continue
                 note(log, VISIT_LEAF, cell, -1, begin, end)
                 best = test_cell(
-                    grid, geometry, ray, number, workspace, log, cell, begin, EVERYWHERE, best
-                )
-    return best, visited, empty
+                    grid, geometry, ray, number, workspace, log, cell, first_slot, end_slot,
+                    begin, EVERYWHERE, best,
+                )  # fmt: skip
+    return best, visited, empty, lacking
 
 
 @dispatched

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...geometry.geometry import overlaps
 from ...geometry.rays import ULPS
-from ...kernels import call, inner, kernel
+from ...kernels import call, dispatched, implements, inner, kernel
 from ...memory import refuse_if_too_large
 from ...parallel import for_chunks
 from ...progress import Progress
@@ -90,27 +90,41 @@ def make_walls(
     return walls
 
 
-def fill_cells(
-    scene: Scene,
-    items: Any,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    resolution: np.ndarray,
-    *,
-    is_open: bool,
-    is_exact: bool,
-    mailbox: bool,
-    progress: Progress,
+def empty_grid(
+    scene: Scene, lower: np.ndarray, upper: np.ndarray, resolution: np.ndarray, mailbox: bool
 ) -> GridArrays:
-    """Cut a box into cells and list the triangles in each.
-
-    References are counted cell by cell, the counts turned into offsets, the references filled in.
+    """Cut a box into cells that list nothing yet.
 
     Parameters
     ----------
     lower, upper : (3,) float64
         Corners of the box.
     resolution : (3,) int64
+    """
+    margin, tolerance = margin_and_tolerance(lower, upper, scene)
+    return GridArrays(
+        np.concatenate([lower, upper])[None], make_walls(lower, upper, margin, resolution),
+        (upper - lower) / resolution, tolerance, resolution,
+        np.zeros(int(np.prod(resolution)) + 1, dtype=np.int64), np.zeros(0, dtype=np.int32),
+        mailbox,
+    )  # fmt: skip
+
+
+def fill_cells(
+    grid: GridArrays,
+    scene: Scene,
+    items: Any,
+    *,
+    is_open: bool,
+    is_exact: bool,
+    progress: Progress,
+) -> GridArrays:
+    """List the triangles in each cell of an empty grid.
+
+    References are counted cell by cell, the counts turned into offsets, the references filled in.
+
+    Parameters
+    ----------
     is_open, is_exact : bool
         Overlap and assignment, see the settings.
 
@@ -121,22 +135,12 @@ def fill_cells(
     Cancelled
         From `progress`.
     """
-    boxes = scene.boxes()
-    margin, tolerance = margin_and_tolerance(lower, upper, scene)
-    grid = GridArrays(
-        np.concatenate([lower, upper])[None], make_walls(lower, upper, margin, resolution),
-        (upper - lower) / resolution, tolerance, resolution,
-        np.zeros(int(np.prod(resolution)) + 1, dtype=np.int64), np.zeros(0, dtype=np.int32),
-        mailbox,
-    )  # fmt: skip
-    scratch = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64), np.empty(6)
+    boxes, lowering = scene.boxes(), lowering_of(grid, scene, is_open)
+    scratch = make_scratch()
 
     def insert_all(fill: bool, cursor: np.ndarray, text: str) -> None:
         def insert_some(first: int, last: int) -> None:
-            call(
-                insert, grid, items, boxes, first, last, tolerance, margin * is_open,
-                is_exact, fill, cursor, *scratch,
-            )  # fmt: skip
+            call(insert, grid, items, boxes, first, last, lowering, is_exact, fill, cursor, scratch)
 
         # One thread: threads would meet at the cursors of cells.
         for_chunks(insert_some, len(scene), 1, progress, text)
@@ -144,12 +148,82 @@ def fill_cells(
     insert_all(False, grid.offsets[1:], "Grid: counting references")
     np.cumsum(grid.offsets, out=grid.offsets)
     n_references = int(grid.offsets[-1])
-    refuse_if_too_large(
-        4 * n_references, f"a grid with {n_references} references", "lower the resolution"
-    )
+    refuse_references(n_references)
     grid = grid._replace(references=np.empty(n_references, dtype=np.int32))
     insert_all(True, grid.offsets[:-1].copy(), "Grid: filling cells")
     return grid
+
+
+def lowering_of(grid: Any, scene: Scene, is_open: bool) -> np.ndarray:
+    """Return by how much boxes are lowered at the top, (3,): under open overlap two margins."""
+    margin, _ = margin_and_tolerance(grid.box[0, :3], grid.box[0, 3:], scene)
+    return 2.0 * margin * is_open
+
+
+def refuse_references(count: int) -> None:
+    """Raise InputError where there is no memory for so many references."""
+    refuse_if_too_large(4 * count, f"a grid with {count} references", "lower the resolution")
+
+
+class Scratch(NamedTuple):
+    """Scratch memory of one thread: the span of a triangle, (3,) int64 each, and a box, (6,)."""
+
+    lo: np.ndarray
+    hi: np.ndarray
+    box: np.ndarray
+
+
+def make_scratch() -> Scratch:
+    """Return scratch memory for one thread."""
+    return Scratch(np.empty(3, np.int64), np.empty(3, np.int64), np.empty(6))
+
+
+# ------------------------------------------------------------------- how a walk sees the lists
+
+
+@dispatched
+def list_of(grid, cell):
+    """Return where the list of a cell begins in the references, and where it ends."""
+    raise TypeError(f"no lists in {type(grid).__name__}")
+
+
+@dispatched
+def note_if_missing(grid, cell):
+    """Say whether a cell is still to be made, and note it then (:mod:`....contract.lazy`)."""
+    raise TypeError(f"no lists in {type(grid).__name__}")
+
+
+@dispatched
+def most_missing(grid):
+    """Return how many missing cells a walk notes before it gives up."""
+    raise TypeError(f"no lists in {type(grid).__name__}")
+
+
+def stored_list(grid, cell):
+    """Look at the offsets."""
+    return grid.offsets[cell], grid.offsets[cell + 1]
+
+
+def never_missing(grid, cell):
+    """All cells were made by the build."""
+    return False
+
+
+def none_missing(grid):
+    """All cells were made by the build."""
+    return 0
+
+
+def all_made(record: type) -> None:
+    """Register a kind of grid whose lists are all made by the build."""
+    implements(list_of, record, inline=True)(stored_list)
+    implements(note_if_missing, record, inline=True)(never_missing)
+    implements(most_missing, record, inline=True)(none_missing)
+
+
+all_made(GridArrays)
+
+# ------------------------------------------------------------------------- which cells list what
 
 
 @inner
@@ -179,37 +253,55 @@ def cell_at(walls, cell_size, count, x):
     return i
 
 
+@inner
+def find_span(grid, boxes, n, lowering, scratch):
+    """Find the first and the last cell per axis that a triangle's box overlaps.
+
+    The box is widened by the grid's tolerance, and lowered at the top by `lowering`, (3,).
+
+    Returns
+    -------
+    bool
+        Whether it is one cell alone.
+    """
+    single = True
+    for axis in range(3):
+        walls, size, count = grid.walls[axis], grid.cell_size[axis], grid.resolution[axis]
+        low, high = boxes[n, axis] - grid.tolerance[axis], boxes[n, 3 + axis] + grid.tolerance[axis]
+        first = cell_at(walls, size, count, low)
+        # A flat triangle in a wall overlaps neither side openly: it goes to the upper one.
+        last = max(first, cell_at(walls, size, count, high - lowering[axis]))
+        scratch.lo[axis], scratch.hi[axis] = first, last
+        single = single and first == last
+    return single
+
+
+@inner
+def overlaps_cell(grid, geometry, n, i, j, k, box):
+    """Say whether a triangle itself overlaps a cell, widened by the tolerance; `box` is scratch."""
+    for axis in range(3):
+        index = i if axis == 0 else j if axis == 1 else k
+        box[axis] = grid.walls[axis, index] - grid.tolerance[axis]
+        box[3 + axis] = grid.walls[axis, index + 1] + grid.tolerance[axis]
+    return overlaps(geometry, n, box)
+
+
 @kernel
-def insert(
-    grid, geometry, boxes, first, last, tolerance, margin, is_exact, fill, cursor, lo, hi, cell_box
-):
+def insert(grid, geometry, boxes, first, last, lowering, is_exact, fill, cursor, scratch):
     """Insert the triangles ``first <= n < last`` into every cell they overlap.
 
-    Boxes are widened by `tolerance` (3,), and under open overlap lowered at the top by twice the
-    `margin` (3,). Called twice: with `fill` false, ``cursor[c]`` counts the references of cell c;
-    with `fill` true it is the place of the next one. `lo` and `hi`, (3,) int64, and `cell_box`,
-    (6,), are scratch.
+    Called twice: with `fill` false, ``cursor[c]`` counts the references of cell c; with `fill` true
+    it is the place of the next one.
     """
     _, ny, nz = grid.resolution
+    lo, hi = scratch.lo, scratch.hi
     for n in range(first, last):
-        single = True
-        for axis in range(3):
-            walls, size, count = grid.walls[axis], grid.cell_size[axis], grid.resolution[axis]
-            low, high = boxes[n, axis] - tolerance[axis], boxes[n, 3 + axis] + tolerance[axis]
-            lo[axis] = cell_at(walls, size, count, low)
-            # A flat triangle in a wall overlaps neither side openly: it goes to the upper one.
-            hi[axis] = max(lo[axis], cell_at(walls, size, count, high - 2.0 * margin[axis]))
-            single = single and lo[axis] == hi[axis]
+        is_tested = not find_span(grid, boxes, n, lowering, scratch) and is_exact
         for i in range(lo[0], hi[0] + 1):
             for j in range(lo[1], hi[1] + 1):
                 for k in range(lo[2], hi[2] + 1):
-                    if is_exact and not single:
-                        for axis in range(3):
-                            index = i if axis == 0 else j if axis == 1 else k
-                            cell_box[axis] = grid.walls[axis, index] - tolerance[axis]
-                            cell_box[3 + axis] = grid.walls[axis, index + 1] + tolerance[axis]
-                        if not overlaps(geometry, n, cell_box):
-                            continue
+                    if is_tested and not overlaps_cell(grid, geometry, n, i, j, k, scratch.box):
+                        continue
                     cell = (i * ny + j) * nz + k
                     if fill:
                         grid.references[cursor[cell]] = n

@@ -186,14 +186,14 @@ COUNTERS = N_TS, N_ETS, N_EETS, N_IT, VOLUME_TESTS, MAILBOX_HITS, POSTPONED_HITS
 
 
 @inlined
-def test_cell(grid, geometry, ray, number, workspace, log, cell, t, t_exit, best):
+def test_cell(grid, geometry, ray, number, workspace, log, cell, begin, end, t, t_exit, best):
     """Test the triangles of a cell that the ray is in from t to `t_exit`.
 
-    A hit exactly on the wall where the ray leaves is in the cell.
+    They are listed from `begin` to `end`. A hit on the wall where the ray leaves is in the cell.
     """
     return test_leaf(
-        geometry, grid.references, grid.mailbox, grid.offsets[cell], grid.offsets[cell + 1],
-        ray, number, workspace, log, cell, t, np.nextafter(t_exit, np.inf), False, best,
+        geometry, grid.references, grid.mailbox, begin, end, ray, number, workspace, log,
+        cell, t, np.nextafter(t_exit, np.inf), False, best,
     )  # fmt: skip
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from ...contract.events import VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 from ...contract.leaf import NOTHING
-from ...contract.structure import lost, walk
+from ...contract.structure import lost, missing, walk
 from ...geometry.box import Boxes
 from ...geometry.volume import MISS, enter
 from ...kernels import implements
 from .broad import is_broad, walk_broad
-from .cells import GridArrays
+from .cells import GridArrays, list_of, most_missing, note_if_missing
 from .dda import (
     COUNTERS,
     X,
@@ -24,22 +24,26 @@ from .dda import (
     place_in,
     test_cell,
 )
+from .lazy import LazyGridArrays
 
-LOST = lost(COUNTERS)
+LOST, MISSED = lost(COUNTERS), missing(COUNTERS)
 
 
+@implements(walk, LazyGridArrays)
 @implements(walk, GridArrays)
 def walk_grid(structure, geometry, ray, number, workspace, log):
     """Step from cell to cell until the nearest hit lies before the next wall."""
-    best, visited, empty = NOTHING, 0, 0
+    best, visited, empty, lacking = NOTHING, 0, 0, 0
 
     t = enter(Boxes(structure.box), 0, ray, workspace.frame, ray.t_max)
     note(log, VOLUME_TEST, -1, -1, t, t)
     if t == MISS:
         return found(best, visited, empty)
     if is_broad(structure, ray):
-        best, visited, empty = walk_broad(structure, geometry, ray, number, workspace, log, t)
-        return found(best, visited, empty)
+        best, visited, empty, lacking = walk_broad(
+            structure, geometry, ray, number, workspace, log, t
+        )
+        return found(best, visited, empty) if lacking == 0 else MISSED
 
     ny, nz = structure.resolution[1], structure.resolution[2]
     x = axis_walk(structure, X, ray.low_x, ray.high_x, ray.dx, ray.ix)
@@ -53,14 +57,19 @@ def walk_grid(structure, geometry, ray, number, workspace, log):
         cell = (place.i * ny + place.j) * nz + place.k
         t_exit = min(place.wall_x, place.wall_y, place.wall_z)
         visited += 1
-        if structure.offsets[cell] == structure.offsets[cell + 1]:
+        begin, end = list_of(structure, cell)
+        if note_if_missing(structure, cell):
+            lacking += 1
+            if lacking >= most_missing(structure):
+                break
+        elif begin == end:
             empty += 1
             note(log, VISIT_EMPTY, cell, -1, t, t_exit)
         else:
             note(log, VISIT_LEAF, cell, -1, t, t_exit)
             best = test_cell(
-                structure, geometry, ray, number, workspace, log, cell, t, t_exit, best
-            )
+                structure, geometry, ray, number, workspace, log, cell, begin, end, t, t_exit, best
+            )  # fmt: skip
             t_last = end_of_walk(ray, best)
         if t_exit > t_last:
             break
@@ -71,4 +80,4 @@ def walk_grid(structure, geometry, ray, number, workspace, log):
     else:
         return LOST
 
-    return found(best, visited, empty)
+    return found(best, visited, empty) if lacking == 0 else MISSED

@@ -1,0 +1,143 @@
+"""Lazy structures: a cell is made when a ray first enters it.
+
+A kernel cannot make cells, for it makes no arrays. A walk that meets a cell which is not made yet
+notes it and goes on, as if the cell were empty, for some cells more; in the end it answers MISSING.
+When all rays of a batch have had their turn, the driver makes the noted cells, each once and in the
+order of their numbers, and traces those rays again, until none is missing. Only the last pass of a
+ray counts, and in that it has met what a ray meets in a structure whose cells were all made by the
+build: hits and counters are the same, whatever the number of threads.
+
+How far a walk goes on is a matter of passes: going nowhere, there would be one for every cell of
+the longest path; going to the end, cells would be made that lie behind the hit. So it goes on for
+one missing cell, then for two, four, ...: there are no more passes than the longest path has bits,
+and no more cells are made in vain than are entered, about. What a pass has made is a new set of
+arrays: whoever is tracing through the one before is not disturbed.
+
+A. Glassner: Space Subdivision for Fast Ray Tracing, IEEE CG&A 4(10), 1984 (cells on demand).
+"""
+
+from __future__ import annotations
+
+import abc
+import threading
+import time
+from typing import Any
+
+import numpy as np
+
+from ..geometry.cones import ConeArrays
+from ..geometry.rays import RayArrays
+from ..progress import SILENT, Progress
+from ..settings import setting
+from .figures import Figure
+from .steps import Steps
+from .structure import MISSING, Made, Structure
+
+CELLS_MADE = Figure("cells_made", "cells that rays have entered and so made", "Cells made", "count")
+
+
+def lazy_setting(description: str) -> Any:
+    """Declare the setting that leaves cells to be made by the rays that enter them."""
+    return setting(False, "Lazy", f"{description}, not when the structure is built")
+
+
+class Making:
+    """What is made of a structure so far; its copies, which see the scene otherwise, share it."""
+
+    def __init__(self, arrays: Any) -> None:
+        self.arrays = arrays
+        self.made = Made(0, 0.0, 0)
+        self.lock = threading.Lock()
+
+
+class LazyStructure(Structure):
+    """A structure that makes its cells when rays enter them.
+
+    Its arrays, for kernels, have the fields
+
+        wanted : (n_cells,) uint8     1 where a walk has met a cell that is not made
+        look_ahead : int              how many missing cells a walk notes before it gives up
+
+    of which the first has room only while rays are traced. All threads share it: each writes the
+    same 1, so it does not matter who is first.
+    """
+
+    making: Making
+
+    @property
+    def arrays(self) -> Any:
+        """The structure as its kernels see it, with what is made so far."""
+        return self.making.arrays
+
+    @arrays.setter
+    def arrays(self, arrays: Any) -> None:
+        self.making = Making(arrays)
+
+    @abc.abstractmethod
+    def cell_count(self) -> int:
+        """Return how many cells there are that may be noted."""
+
+    @abc.abstractmethod
+    def make_cells(self, wanted: np.ndarray, threads: int, progress: Progress) -> tuple[Any, int]:
+        """Make cells, and return the arrays with them, and how many were made.
+
+        What has been made meanwhile is not made again; arrays that others see are not changed.
+
+        Parameters
+        ----------
+        wanted : (n_cells,) uint8
+
+        Raises
+        ------
+        InputError
+            When what is made does not fit into memory.
+        Cancelled
+            From `progress`.
+        """
+
+    def made(self) -> Made:
+        """Return what has been made for rays so far."""
+        return self.making.made
+
+    def _recorded(self, arrays: Any) -> Steps:
+        """Record the walk of one ray, or cone, once the cells that it enters are there."""
+        self._trace_all(arrays, 1, SILENT)
+        return super()._recorded(arrays)
+
+    def _trace_all(
+        self, rays: RayArrays | ConeArrays, threads: int, progress: Progress
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Trace rays, make what they miss, and trace those again, until none misses anything."""
+        return self._trace_looking(1, rays, threads, progress)
+
+    def _trace_looking(
+        self, look_ahead: int, rays: RayArrays | ConeArrays, threads: int, progress: Progress
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Do the same with walks that go on for some missing cells."""
+        wanted = np.zeros(self.cell_count(), np.uint8)
+        arrays = self.arrays._replace(wanted=wanted, look_ahead=look_ahead)
+        out = self._trace_through(arrays, rays, threads, progress)
+        waiting = np.flatnonzero(out[1] == MISSING)
+        if len(waiting):
+            if not wanted.any():
+                raise RuntimeError(f"{self.name}: rays miss cells and name none; please report it")
+            self._make(wanted, threads, progress)
+            # In workspaces of its own: mailboxes that know of the last pass would lose hits.
+            left = rays
+            if len(waiting) < len(out[0]):
+                left = RayArrays(*(column[waiting] for column in rays))
+            traced = self._trace_looking(2 * look_ahead, left, threads, progress)
+            for all_rays, some in zip(out, traced, strict=True):
+                all_rays[waiting] = some
+        return out
+
+    def _make(self, wanted: np.ndarray, threads: int, progress: Progress) -> None:
+        """Make cells, and keep them and the time that took."""
+        making = self.making
+        with making.lock:
+            start = time.perf_counter()
+            making.arrays, count = self.make_cells(wanted, threads, progress)
+            cells, seconds, passes = making.made
+            making.made = Made(
+                cells + count, seconds + time.perf_counter() - start, passes + 1
+            )  # fmt: skip

@@ -1,0 +1,187 @@
+"""Cells that are made when a ray first enters them: the same hits, counters and cells."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from accelscope.core.contract.lazy import LazyStructure
+from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
+from accelscope.core.evaluation.records.experiment import Built, make_record, trace_rays
+from accelscope.core.evaluation.records.report import figures, flatten, table
+from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
+from accelscope.core.progress import Cancelled, Progress
+from accelscope.core.structures import structures
+
+LAZY = [
+    name
+    for name, kind in structures().items()
+    if "lazy" in {field.name for field in dataclasses.fields(kind.Settings)}
+]
+
+MORE = {
+    "grid": [{}, {"mailbox": True}, {"assignment": "exact"}, {"overlap": "open"}, {"padding": 0.0}],
+}
+"""Settings with which cells and walks are others."""
+
+WITH = [(name, more) for name in LAZY for more in MORE[name]]
+IDS = [name + "".join(f"-{key}={value}" for key, value in more.items()) for name, more in WITH]
+
+
+def pair(name, scene, **more):
+    """The structure whose cells the build makes, and the one whose cells rays make."""
+    kind = structures()[name]
+    return tuple(kind.build(scene, kind.Settings(lazy=lazy, **more)) for lazy in (False, True))
+
+
+def beam(scene, count=300):
+    """Rays through one corner of a scene, so that most of its cells are left alone."""
+    rng = np.random.default_rng(3)
+    size = scene.upper - scene.lower
+    targets = scene.lower + size * (0.1 + 0.15 * rng.random((count, 3)))
+    origins = scene.lower - size * np.array([0.5, 0.4, 0.3])
+    return Rays.from_arrays(np.broadcast_to(origins, (count, 3)), targets - origins)
+
+
+def lists(structure):
+    """The items that the leaves list, by the leaf's box; of those that are made."""
+    cells = structure.cells()
+    is_made = cells.extra.get("is_made", np.ones(len(cells), bool))
+    found = {}
+    for place in np.flatnonzero(cells.is_leaf & is_made):
+        found[cells.boxes[place].tobytes()] = list_of(structure, cells.numbers[place]).tobytes()
+    return found
+
+
+def list_of(structure, number):
+    arrays = structure.arrays
+    if hasattr(arrays, "begins"):
+        return arrays.references[arrays.begins[number] : arrays.ends[number]]
+    return arrays.references[arrays.offsets[number] : arrays.offsets[number + 1]]
+
+
+def assert_same(found, wanted):
+    (hits, counts), (want, want_counts) = found, wanted
+    assert hits.t.tobytes() == want.t.tobytes()
+    assert hits.primitive.tobytes() == want.primitive.tobytes()
+    assert counts.counters == want_counts.counters
+    assert np.array_equal(counts.values, want_counts.values)
+
+
+def test_both_kinds_are_there():
+    assert set(LAZY) == set(MORE)
+
+
+@pytest.mark.parametrize(("name", "more"), WITH, ids=IDS)
+def test_hits_counters_and_cells_are_the_same(lab, name, more):
+    scene = lab.small_scene("suzanne")
+    eager, lazy = pair(name, scene, **more)
+    assert isinstance(lazy, LazyStructure)
+    assert lazy.made() == (0, 0.0, 0)
+    rays = beam(scene)
+    assert_same(lazy.trace(rays), eager.trace(rays))
+    cells, _, passes = lazy.made()
+    assert 0 < cells < len(eager.cells()) // 2
+    assert 1 < passes < 10
+    assert lists(lazy).items() <= lists(eager).items()
+    assert lazy.validate() == []
+    # The same rays once more: all cells are there. Others: only what is new is made.
+    assert_same(lazy.trace(rays), eager.trace(rays))
+    assert lazy.made().cells == cells
+    everywhere, _ = lab.batch_of(lab.ray_families(scene, 20))
+    for query in (ANY, CLOSEST, ALL):
+        assert_same(lazy.trace(everywhere, query), eager.trace(everywhere, query))
+    assert lazy.made().cells > cells
+    assert lists(lazy).items() <= lists(eager).items()
+    assert lazy.validate() == []
+
+
+@pytest.mark.parametrize("name", LAZY)
+def test_what_a_ray_enters_is_made(lab, name):
+    """And little else: of single rays at most twice what they enter, and a few."""
+    scene = lab.small_scene("suzanne")
+    eager, _ = pair(name, scene)
+    rays = beam(scene, 5)
+    for index in range(len(rays)):
+        _, lazy = pair(name, scene)
+        steps = lazy.record(rays, index, CLOSEST)
+        entered = eager.record(rays, index, CLOSEST)
+        assert np.array_equal(steps.kind, entered.kind)
+        assert steps.t_enter.tobytes() == entered.t_enter.tobytes()
+        assert steps.tally() == entered.tally()
+        assert steps.tally()["N_ETS"] <= lazy.made().cells
+        assert lazy.made().cells <= 2 * steps.tally()["N_TS"] + 2
+        is_made = dict(zip(lazy.cells().numbers, lazy.cells().extra["is_made"], strict=True))
+        assert all(is_made[cell] for cell in steps.cell if cell >= 0)
+
+
+@pytest.mark.parametrize("name", LAZY)
+def test_threads_make_no_difference(lab, name):
+    scene = lab.small_scene("suzanne")
+    rays, _ = lab.batch_of(lab.ray_families(scene, 20))
+    traced = []
+    for threads in (1, 3):
+        _, lazy = pair(name, scene, mailbox=True)
+        traced.append((lazy.trace(rays, threads=threads), lazy))
+    (found, one), (wanted, three) = traced
+    assert_same(found, wanted)
+    assert (one.made().cells, one.made().passes) == (three.made().cells, three.made().passes)
+    for mine, theirs in zip(one.arrays, three.arrays, strict=True):
+        if isinstance(mine, np.ndarray):
+            assert np.array_equal(mine, theirs)
+
+
+@pytest.mark.parametrize("name", LAZY)
+def test_hard_scenes_agree_with_brute_force(lab, name, scene_name):
+    """With a mailbox: one that remembers a pass that was stopped would lose hits."""
+    rays, names, want, _ = lab.truth(scene_name)
+    _, lazy = pair(name, lab.small_scene(scene_name), mailbox=True)
+    assert lab.differences(names, want, lazy.trace(rays, CLOSEST)[0]) == {}
+
+
+@pytest.mark.parametrize("name", LAZY)
+def test_records_tell_cells_and_time(lab, name):
+    scene = lab.small_scene("suzanne")
+    eager, lazy = pair(name, scene)
+    settings = RandomLinesSettings(count=50)
+    rays = RandomLinesWorkload.make(scene, settings)
+
+    def record_of(structure):
+        built = Built(structure, 0.0)
+        traced = trace_rays(built, RandomLinesWorkload, settings, rays)
+        return make_record(built, traced)
+
+    record = record_of(lazy)
+    made = record["trace"]["lazy"]
+    assert made == lazy.made()._asdict()
+    assert 0.0 < made["seconds"] < record["trace"]["seconds"]
+    assert record["statistics"]["cells_made"] == lazy.cells().extra["is_made"].sum()
+    assert flatten(record)["trace.lazy.cells"] == made["cells"]
+    assert ("Rays", "Cells made", f"{made['cells']:,}") in figures(record)
+    # Of the second batch only what that has made: nothing.
+    assert record_of(lazy)["trace"]["lazy"] == {"cells": 0, "seconds": 0.0, "passes": 0}
+    plain = record_of(eager)
+    assert "lazy" not in plain["trace"]
+    assert "cells_made" not in plain["statistics"]
+    assert table([record, plain])
+
+
+@pytest.mark.parametrize("name", LAZY)
+def test_a_stop_between_passes_leaves_a_sound_structure(lab, name):
+    class Impatient(Progress):
+        """Stops the second pass."""
+
+        begun = 0
+
+        def report(self, done, total, text):
+            self.begun += done == 0 and text.startswith("Tracing")
+            if self.begun == 3:
+                raise Cancelled
+
+    scene = lab.small_scene("suzanne")
+    eager, lazy = pair(name, scene)
+    rays = beam(scene)
+    with pytest.raises(Cancelled):
+        lazy.trace(rays, progress=Impatient())
+    assert lazy.validate() == []
+    assert lazy.made().passes == 2
+    assert_same(lazy.trace(rays), eager.trace(rays))
