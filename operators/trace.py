@@ -9,7 +9,7 @@ import bpy
 from ..addon import jobs
 from ..addon.from_blender.view import View
 from ..addon.results import session
-from ..addon.results.outcome import seen_from
+from ..addon.results.outcome import drawable_if_made, seen_from
 from ..addon.settings import choices
 from ..core.progress import Progress
 
@@ -47,7 +47,8 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
         def work(progress: Progress) -> tuple[Any, ...]:
             seen = seen_from(built, snapshot.shape, view)
             traced = trace(seen, workload, settings, progress=progress)
-            return traced, make_record(seen, traced, progress)
+            record = make_record(seen, traced, progress)
+            return traced, record, drawable_if_made(traced, seen, progress)
 
         return work
 
@@ -59,7 +60,7 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
         )
 
         session.current.set_traced(*result)
-        traced, record = result
+        traced, record, _ = result
         return (
             f"{show_integer(len(traced.rays))} rays in {show_seconds(traced.seconds)}, "
             f"{show_integer(record['trace']['hits'])} hits; per ray {counters_in_words(record)}"

@@ -14,7 +14,7 @@ from ..from_blender.snapshot import Snapshot
 from ..from_blender.view import View
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
-    from ...core.evaluation.records.experiment import Built
+    from ...core.evaluation.records.experiment import Built, Traced
     from ...core.lessons.exhibit import Exhibit
     from ...core.lessons.refit import Moment
     from ...core.scene import Scene
@@ -59,6 +59,19 @@ class Outcome(NamedTuple):
         record = more | make_record(built, None, progress)
         drawable = make_drawable(structure.cells(progress), progress)
         return cls(snapshot, built, drawable, record, exhibits_of(structure, history))
+
+
+def drawable_if_made(traced: Traced, built: Built, progress: Progress = SILENT) -> Drawable | None:
+    """Return the cells anew if rays have made some of them; None if all are as they were.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    if traced.made is None or not traced.made.cells:
+        return None
+    return make_drawable(built.structure.cells(progress), progress)
 
 
 def seen_from(built: Built, shape: Scene, view: View) -> Built:

@@ -123,8 +123,13 @@ class Session:
         self._clear_paths()
         overlay.enable()
 
-    def set_traced(self, traced: Traced, record: dict[str, Any]) -> None:
-        """Keep traced rays and the record that has them."""
+    def set_traced(
+        self, traced: Traced, record: dict[str, Any], drawable: Drawable | None = None
+    ) -> None:
+        """Keep traced rays and the record that has them; and the cells, if rays have made some."""
+        if drawable is not None:
+            overlay.set_cells(drawable)
+            self.drawable = drawable
         self.traced, self.record = traced, record
         self._clear_paths()
 

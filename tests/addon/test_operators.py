@@ -60,6 +60,23 @@ def test_trace_counts_what_embree_would_hit(bpy: Any, traced: Any, current: Any)
     assert current.record["trace"]["hits"] > 0
 
 
+def test_cells_that_rays_make_are_shown(bpy: Any, monkey: Any, root: Any, current: Any) -> None:
+    root.structure, root.workload = "grid", "random_lines"
+    root.structures.grid.lazy = True
+    root.workloads.random_lines.count = 5
+    bpy.ops.accelscope.build()
+    assert not current.cells.extra["is_made"].any()
+    bpy.ops.accelscope.trace()
+    made = current.record["trace"]["lazy"]["cells"]
+    assert current.cells.extra["is_made"].sum() == made > 0
+    assert current.record["statistics"]["cells_made"] == made
+    root.ray_index = 2
+    bpy.ops.accelscope.step_ray()
+    tally = current.steps.tally()
+    assert tally == {name: current.traced.counters[name][2] for name in tally}
+    assert current.built.structure.made().cells == made
+
+
 def test_trace_uses_the_camera_where_it_is_now(
     bpy: Any, monkey: Any, root: Any, current: Any
 ) -> None:

@@ -117,7 +117,7 @@ def test_a_record_has_the_keys_of_the_contract(evaluate):
 def test_a_record_has_what_its_structure_declares_and_nothing_else(evaluate, name):
     (record,) = evaluate(TETRA, "--structure", name, "--rays", CAMERA)
     structure = structures()[name]
-    timing = {"seconds", "rays_per_second", "hits", "hits_by_class"}
+    timing = {"seconds", "rays_per_second", "hits", "hits_by_class", "by_class"}
     assert set(record["trace"]) - timing == set(names_of(structure.COUNTERS))
     declared = {figure.key.split(".")[0] for figure in structure.FIGURES}
     assert set(record["statistics"]) <= declared
