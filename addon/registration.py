@@ -84,8 +84,8 @@ def _run_command(arguments: Sequence[str]) -> int:
     from .command.main import main
     from .from_blender import extraction
 
-    def open_file() -> Scene:
-        return extraction.extract(bpy.context, extraction.VISIBLE)
+    def open_file(instances: str) -> Scene:
+        return extraction.extract(bpy.context, extraction.VISIBLE, instances)
 
     # Blender ends afterwards, and prints that it does.
     return main(list(arguments), open_file, open_path=bpy.data.filepath, until_exit=True)

@@ -43,7 +43,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
 
         root = context.scene.accelscope
         structure, settings = choices.structure_and_settings(root)
-        taken = session.current.take(context, root.scope)
+        taken = session.current.take(context, root.scope, root.instances)
 
         def work(progress: Progress) -> Outcome:
             snapshot = taken.snapshot(progress)

@@ -14,6 +14,7 @@ from ..addon.results.outcome import Outcome
 from ..addon.settings import choices, properties
 from ..core.errors import InputError
 from ..core.progress import Progress
+from ..core.scene.placing import FLATTEN
 
 if TYPE_CHECKING:
     from ..core.evaluation.records.animation import Comparison
@@ -24,7 +25,7 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
     bl_label = "Compare over Timeline"
     bl_description = (
         "Build in the first frame of the timeline, refit in every other one, and compare with "
-        "a tree built anew for each. The curve of cost becomes an exhibit"
+        "a tree built anew for each. The curve of cost becomes an exhibit. Instances are flattened"
     )
     bl_options = {"REGISTER"}
 
@@ -59,7 +60,7 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
                 f"only {choices.refittable_labels()} can be refitted, not {structure.label}"
             )
         # What is shown now is what will be shown afterwards: the tree of this frame.
-        taken = session.current.take(context, root.scope)
+        taken = session.current.take(context, root.scope, FLATTEN)
         numbers = timeline.frame_range(context.scene)
 
         def watch(look: Look) -> None:
@@ -93,10 +94,11 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
         session.current.set_built(outcome)
         session.current.timeline = found.records
         first, last = found.history[0], found.history[-1]
+        flattened = "; instances were flattened" * bool(outcome.snapshot.look.instances)
         return (
             f"Frames {first.frame} to {last.frame}: SAH {show_number(last.refit)} refitted, "
             f"{show_number(last.rebuild)} built anew, "
-            f"{show_number(growth(*found.records[-2:]))} times as much"
+            f"{show_number(growth(*found.records[-2:]))} times as much{flattened}"
         )
 
     def give_up(self) -> None:

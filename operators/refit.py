@@ -11,7 +11,9 @@ from ..addon import jobs
 from ..addon.results import session
 from ..addon.results.outcome import Outcome
 from ..addon.settings import choices
+from ..core.geometry.instances import Instanced
 from ..core.progress import Progress
+from ..core.scene.placing import FLATTEN, KEEP
 
 
 class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
@@ -44,7 +46,9 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
         assert built is not None
         assert known is not None
         tree: Any = built.structure
-        taken = session.current.take(context, known.look.scope)
+        # Over instances the tree is refitted to where they are now.
+        instances = KEEP if isinstance(tree.scene.geometry, Instanced) else FLATTEN
+        taken = session.current.take(context, known.look.scope, instances)
         assert session.current.record is not None
         before = session.current.record["statistics"]["sah"]
 

@@ -11,6 +11,7 @@ from ..addon import jobs
 from ..addon.results import session
 from ..addon.settings import choices
 from ..core.kernels import has_numba, numba_fault
+from ..core.scene.placing import PlacingSettings
 from .base import SidebarPanel, draw_job, draw_settings, draw_wrapped
 
 MOST_LETTERS = 160
@@ -34,6 +35,7 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
                 fault = textwrap.shorten(fault, MOST_LETTERS, placeholder=" ...")
                 draw_wrapped(layout, fault, "BLANK1", width)
         layout.prop(root, "scope", expand=True)
+        draw_settings(layout, root, PlacingSettings)
         layout.prop(root, "structure")
         structure = choices.structure_chosen(root)
         draw_settings(layout, getattr(root.structures, root.structure), structure.Settings)

@@ -14,8 +14,11 @@ from pathlib import Path
 from ...core.errors import InputError
 from ...core.progress import Progress
 from ...core.scene import Scene
+from ...core.scene.placing import FLATTEN
 from .arguments import (
     SPECS,
+    OpenFile,
+    add_scene_options,
     open_scene,
     opened,
     refuse_bad_threads,
@@ -60,12 +63,13 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="frames of the timeline; by default its own range")  # fmt: skip
     add("--rays", default="random_lines:count=20000", metavar="SPEC",
         help="what is traced in every frame (default: %(default)s)")  # fmt: skip
+    add_scene_options(parser, are_flattened=True)
     add_output_options(parser, "curves over the frames")
     add_threads_option(parser)
     parser.set_defaults(run=run)
 
 
-def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> int:
+def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     """Compare over all frames and write what was asked for; return the exit code.
 
     Raises
@@ -147,7 +151,7 @@ def frames_of(
         raise InputError("name a .blend, or mesh files, one per frame")
     if is_blend or not scenes:
         if is_blend:
-            opened(functools.partial(open_scene, scenes[0]), progress)
+            opened(functools.partial(open_scene, scenes[0], FLATTEN), progress)
         import bpy
 
         from ..from_blender import extraction, timeline
@@ -158,5 +162,5 @@ def frames_of(
         return [(number, name, functools.partial(take, number)) for number in chosen]
     if numbers is not None:
         raise InputError("--frames belongs to the timeline of one .blend; mesh files are one each")
-    openers = scenes_of(scenes, None)
+    openers = scenes_of(scenes, FLATTEN, None)
     return [(number, name, open_one) for number, (name, open_one) in enumerate(openers)]

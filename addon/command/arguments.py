@@ -19,7 +19,8 @@ from ...core.errors import InputError
 from ...core.progress import Progress
 from ...core.reading import refuse_if_no_file
 from ...core.scene import Scene
-from ...core.settings import parse, parse_spec, without_effect
+from ...core.scene.placing import FLATTEN, KEEP, PlacingSettings
+from ...core.settings import describe, parse, parse_spec, without_effect
 from ...sample_scenes import make_sample, sample_and_settings
 from ..stopping import held
 from .output import CannotPrint
@@ -43,6 +44,9 @@ In Blender, from scene.blend or any other file: blender scene.blend --command ac
 Blender itself logs before a command begins is kept off standard output by blender --log-file FILE.
 """
 """What the help of every subcommand ends with."""
+
+OpenFile = Callable[[str], Scene]
+"""Returns the scene that is open in Blender, its instances kept or flattened."""
 
 NEGATIVE = re.compile(r"-[.\d]")
 
@@ -89,6 +93,23 @@ class Parser(argparse.ArgumentParser):
 
 
 # ------------------------------------------------------------------------------------- scenes
+
+
+def add_scene_options(parser: argparse.ArgumentParser, *, are_flattened: bool = False) -> None:
+    """Declare how scenes are made of what is read.
+
+    Parameters
+    ----------
+    are_flattened : bool
+        Whether the subcommand is for triangles only, so that there is nothing to choose.
+    """
+    (entry,) = describe(PlacingSettings)
+    choices = [FLATTEN] if are_flattened else list(entry["choices"])
+    default = FLATTEN if are_flattened else entry["default"]
+    text = f"{entry['description']} (default: {default})"
+    if are_flattened:
+        text = f"{entry['description']}: they are flattened, for this is done with triangles"
+    parser.add_argument(f"--{entry['key']}", choices=choices, default=default, help=text)
 
 
 def take_scenes(
@@ -141,25 +162,30 @@ def is_scene(value: str, known: Collection[str], option: str) -> bool:
 
 
 def scenes_of(
-    arguments: Sequence[str], open_file: Callable[[], Scene] | None
+    names: Sequence[str], instances: str, open_file: OpenFile | None
 ) -> list[tuple[str, Callable[[], Scene]]]:
     """Return name and opener of each scene that is named; without a name, of Blender's open file.
+
+    Parameters
+    ----------
+    instances : {KEEP, FLATTEN}
+        See :mod:`...core.scene.placing`.
 
     Raises
     ------
     InputError
         If there is neither, or a sample scene is named wrongly.
     """
-    for argument in arguments:
+    for argument in names:
         if argument.startswith("sample:"):
             if os.path.isfile(argument):
                 raise InputError(f"there is a file {argument}; write ./{argument} for it")
             sample_and_settings(argument.removeprefix("sample:"))
-    if arguments:
-        return [(argument, functools.partial(open_scene, argument)) for argument in arguments]
+    if names:
+        return [(name, functools.partial(open_scene, name, instances)) for name in names]
     if open_file is None:
         raise InputError("name at least one SCENE: a mesh file, a .blend or sample:NAME")
-    return [("open file", open_file)]
+    return [("open file", functools.partial(open_file, instances))]
 
 
 def opened(open_one: Callable[[], Scene], progress: Progress) -> Scene:
@@ -177,8 +203,13 @@ def opened(open_one: Callable[[], Scene], progress: Progress) -> Scene:
         return open_one()
 
 
-def open_scene(argument: str) -> Scene:
+def open_scene(argument: str, instances: str = KEEP) -> Scene:
     """Return the scene that an argument of the command line names.
+
+    Parameters
+    ----------
+    instances : {KEEP, FLATTEN}
+        See :mod:`...core.scene.placing`.
 
     Raises
     ------
@@ -186,7 +217,8 @@ def open_scene(argument: str) -> Scene:
         If there is no such scene, or it cannot be read.
     """
     if argument.startswith("sample:"):
-        return make_sample(argument.removeprefix("sample:"))
+        made = make_sample(argument.removeprefix("sample:"))
+        return made if instances == KEEP else made.flat()
     if argument.lower().endswith(".blend"):
         refuse_if_no_file(argument)
         try:
@@ -199,10 +231,10 @@ def open_scene(argument: str) -> Scene:
             ) from None
         from ..from_blender.extraction import load_blend
 
-        return load_blend(argument)
+        return load_blend(argument, instances)
     from ...core.files import load_mesh_file
 
-    return load_mesh_file(argument)
+    return load_mesh_file(argument, instances)
 
 
 # -------------------------------------------------------------------------------------- specs

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import argparse
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from ...core.errors import InputError
 from ...core.evaluation.records.efficiency_settings import EfficiencySettings
-from ...core.scene import Scene
 from ...core.settings import describe, parse
-from .arguments import SPECS, opened, scenes_of, take_scenes
+from .arguments import SPECS, OpenFile, add_scene_options, opened, scenes_of, take_scenes
 from .output import Results, add_output_options, note_on, progress_of, refuse_bad_outputs
 
 EXAMPLES = """\
@@ -43,11 +42,12 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="view directions for projected areas, such as 1x0x-1 (default: x, y, z)")  # fmt: skip
     for entry in describe(EfficiencySettings):
         add(f"--{entry['key']}", metavar="N", help=entry["description"])
+    add_scene_options(parser, are_flattened=True)
     add_output_options(parser, "pictures of the lines")
     parser.set_defaults(run=run)
 
 
-def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> int:
+def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     """Measure and write what was asked for; return the exit code.
 
     Raises
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
     keys = [entry["key"] for entry in describe(EfficiencySettings)]
     texts = {key: text for key in keys if (text := getattr(arguments, key)) is not None}
     settings = parse(EfficiencySettings, texts, "efficiency")
-    scenes = scenes_of(arguments.scenes, open_file)
+    scenes = scenes_of(arguments.scenes, arguments.instances, open_file)
     if len(scenes) > 1:
         raise InputError(f"efficiency takes one SCENE, not {len(scenes)}")
     refuse_bad_outputs(arguments, arguments.scenes)

@@ -18,6 +18,8 @@ from ...core.kernels import has_numba, numba_fault
 from ...core.scene import Scene
 from .arguments import (
     SPECS,
+    OpenFile,
+    add_scene_options,
     opened,
     refuse_bad_threads,
     scenes_of,
@@ -65,12 +67,13 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     add("--rays", nargs="+", metavar="SPEC", action="extend",
         help="camera, random_lines or file (default: random_lines)")  # fmt: skip
     add("--hits", metavar="PATH.npz", help="write hits and counters of every ray")
+    add_scene_options(parser)
     add_output_options(parser, "pictures of the cells over the mesh")
     add_threads_option(parser)
     parser.set_defaults(run=run)
 
 
-def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> int:
+def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     """Run every combination, then write what was asked for; return the exit code.
 
     Raises
@@ -87,7 +90,7 @@ def run(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) ->
     chosen = structure_specs(names, functools.partial(say, arguments))
     workloads = workload_specs(rays)
     refuse_bad_threads(arguments.threads)
-    scenes = scenes_of(arguments.scenes, open_file)
+    scenes = scenes_of(arguments.scenes, arguments.instances, open_file)
     runs = len(scenes) * len(chosen) * len(workloads)
     if arguments.hits and runs != 1:
         raise InputError(

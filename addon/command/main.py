@@ -11,11 +11,10 @@ import io
 import json
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from ...core.errors import InputError
-from ...core.scene import Scene
 from ...core.settings import describe, only_for_in_words
 from ..standard_streams import (
     is_standard_output,
@@ -28,7 +27,7 @@ from ..stopping import Stops
 from . import animate as command_animate
 from . import efficiency as command_efficiency
 from . import evaluate as command_evaluate
-from .arguments import SPECS, Parser
+from .arguments import SPECS, OpenFile, Parser
 from .output import NOTHING, CannotPrint, complain, print_result, reason_told
 
 OUTPUTS = "json", "csv", "hits"
@@ -56,7 +55,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main(
     argv: Sequence[str] | None = None,
-    open_file: Callable[[], Scene] | None = None,
+    open_file: OpenFile | None = None,
     *,
     open_path: str = "",
     until_exit: bool | None = None,
@@ -132,7 +131,7 @@ def main(
 # ----------------------------------------------------------------------------------------- list
 
 
-def run_list(arguments: argparse.Namespace, open_file: Callable[[], Scene] | None) -> int:
+def run_list(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     """Print what there is."""
     print_result(arguments, list_json() if arguments.json else list_text())
     return 0

@@ -1,11 +1,12 @@
-"""Extraction: the evaluated objects of a Blender scene as triangles in world space.
+"""Extraction: the evaluated objects of a Blender scene as meshes in places.
 
 Blender is read in its main thread, which stands still meanwhile. All that can be done without it
 (cutting polygons, placing triangles, looking at them) is done by :class:`RawScene` in any thread.
 
 Everything that Blender evaluates to a mesh is taken: meshes with their modifiers, curves, surfaces,
 text and metaballs, and every instance of them. Blender lists all of those, curves too, as mesh
-objects in ``depsgraph.object_instances``.
+objects in ``depsgraph.object_instances``. Instances of collections, of geometry nodes and of
+particles, and linked duplicates without modifiers, share one mesh there, and so they do here.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ import numpy as np
 
 from ...core.errors import InputError
 from ...core.evaluation.records.environment import set_blender_version
-from ...core.memory import refuse_if_too_large
 from ...core.progress import SILENT, Progress
 from ...core.reading import refuse_if_no_file
 from ...core.scene import Scene
+from ...core.scene.placing import KEEP, Mesh, Placed, scene_of
 from ..standard_streams import others_kept_silent
 from ..stopping import held
 from .fingerprint import hash_of
@@ -45,8 +46,6 @@ SCOPES = {
 
 GEOMETRY_TYPES = {"MESH", "CURVE", "CURVES", "SURFACE", "FONT", "META", "POINTCLOUD", "VOLUME"}
 """Types of objects that can evaluate to meshes, by geometry nodes at least."""
-
-BYTES_PER_TRIANGLE = 300  # at the peak of extracting
 
 
 class ListedMesh(NamedTuple):
@@ -158,20 +157,24 @@ class RawScene(NamedTuple):
     name, source : str
         See :class:`...core.scene.Scene`.
     view : View
+    instances : {"keep", "flatten"}
+        What becomes of them, see :mod:`...core.scene.placing`.
     """
 
     parts: list[Part]
     name: str
     source: str
     view: View
+    instances: str
 
     @classmethod
-    def at(cls, context: bpy.types.Context, scope: str) -> RawScene:
+    def at(cls, context: bpy.types.Context, scope: str, instances: str) -> RawScene:
         """Return the scene that is open in Blender now.
 
         Parameters
         ----------
         scope : {"visible", "selected"}
+        instances : {"keep", "flatten"}
 
         Raises
         ------
@@ -182,10 +185,10 @@ class RawScene(NamedTuple):
         parts = collect(context.evaluated_depsgraph_get(), scope)
         path = bpy.data.filepath
         name = Path(path).stem if path else context.scene.name
-        return cls(parts, name, path or "unsaved Blender file", View.of(context))
+        return cls(parts, name, path or "unsaved Blender file", View.of(context), instances)
 
     def shape(self, progress: Progress = SILENT) -> Scene:
-        """Return its triangles: instances are expanded, each an object of its own.
+        """Return what rays can hit; every instance is an object of its own.
 
         Raises
         ------
@@ -198,43 +201,30 @@ class RawScene(NamedTuple):
         from ...core.geometry.triangulation import CUTTING, triangulate
         from ...core.kernels import announcing
 
-        counts = [part.mesh.n_triangles for part in self.parts]
-        total = sum(counts)
-        refuse_if_too_large(
-            total * BYTES_PER_TRIANGLE, f"a scene of {total} triangles", "hide some objects"
-        )
-        triangles = np.empty((total, 3, 3))
-        cut: dict[int, np.ndarray] = {}  # of meshes, which live as long as their parts
-        first = 0
-        for part, count in zip(self.parts, counts, strict=True):
-            progress.report(first, total, "Taking triangles")
+        cut: dict[int, Mesh] = {}  # of meshes, which live as long as their parts
+        objects = []
+        for number, part in enumerate(self.parts):
+            progress.report(number, len(self.parts), "Cutting polygons")
             mesh = part.mesh
             if id(mesh) not in cut:
                 # Not Blender's own triangles: those of files are cut in the same way as these.
                 with announcing(progress, CUTTING):
-                    cut[id(mesh)] = triangulate(mesh.positions, mesh.corners, mesh.sizes)
-                progress.report(first, total, "Taking triangles")
-            # Infinite coordinates turn into NaN here; such triangles are dropped in any case.
-            with np.errstate(invalid="ignore", over="ignore"):
-                world = mesh.positions @ part.matrix[:3, :3].T + part.matrix[:3, 3]
-            triangles[first : first + count] = world[cut[id(mesh)]]
-            first += count
-        progress.report(total, total, "Taking triangles")
-        return Scene.from_triangles(
-            triangles,
-            self.name,
-            self.source,
-            object_ids=np.repeat(np.arange(len(self.parts), dtype=np.int32), counts),
-            object_names=tuple(part.name for part in self.parts),
-        )
+                    triangles = triangulate(mesh.positions, mesh.corners, mesh.sizes)
+                cut[id(mesh)] = Mesh(mesh.positions, triangles)
+            objects.append(Placed(part.name, cut[id(mesh)], part.matrix))
+        return scene_of(
+            objects, self.instances, self.name, self.source,
+            advice="hide some objects", progress=progress,
+        )  # fmt: skip
 
 
-def extract(context: bpy.types.Context, scope: str) -> Scene:
+def extract(context: bpy.types.Context, scope: str, instances: str = KEEP) -> Scene:
     """Return the scene that is open in Blender, for the command line.
 
     Parameters
     ----------
     scope : {"visible", "selected"}
+    instances : {"keep", "flatten"}
 
     Raises
     ------
@@ -243,15 +233,19 @@ def extract(context: bpy.types.Context, scope: str) -> Scene:
         invalid.
     """
     with held(), others_kept_silent():
-        raw = RawScene.at(context, scope)
+        raw = RawScene.at(context, scope, instances)
     return raw.view.onto(raw.shape())
 
 
 # ------------------------------------------------------------------------------ a file by its path
 
 
-def load_blend(path: str | Path) -> Scene:
+def load_blend(path: str | Path, instances: str = KEEP) -> Scene:
     """Open a .blend in this Blender and return its visible scene.
+
+    Parameters
+    ----------
+    instances : {"keep", "flatten"}
 
     Raises
     ------
@@ -270,4 +264,4 @@ def load_blend(path: str | Path) -> Scene:
     except RuntimeError as error:
         reason = " ".join(str(error).split()).removeprefix("Error: ")
         raise InputError(f"{path} cannot be read: {reason}") from None
-    return extract(bpy.context, VISIBLE)
+    return extract(bpy.context, VISIBLE, instances)

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ...core.geometry.box_shape import corners_of
+from ...core.geometry.instances import parts_in_world
 from ...core.scene import Scene
 
 MOST_NAMES = 5
@@ -73,12 +74,18 @@ class Clipping(NamedTuple):
             depth = (points - camera.position) @ forward
             return bool(((depth > self.end) | ((depth > 0.0) & (depth < self.start))).any())
 
-        box = corners_of(np.concatenate([scene.lower, scene.upper])[None])[0]
-        depths = (box - camera.position) @ forward
+        def may_be_clipped(box: np.ndarray) -> bool:
+            depths = (corners_of(box[None])[0] - camera.position) @ forward
+            is_within = depths.max() <= self.end and (
+                depths.min() >= self.start or depths.max() <= 0.0
+            )
+            return not is_within
+
         # Mostly the box around the scene tells: nothing of it is too near or too far.
-        if depths.max() <= self.end and (depths.min() >= self.start or depths.max() <= 0.0):
+        if not may_be_clipped(np.concatenate([scene.lower, scene.upper])):
             return []
-        if not is_clipped(scene.triangles):
+        parts = parts_in_world(scene.geometry)
+        if not any(may_be_clipped(box) and is_clipped(corners()) for box, corners in parts):
             return []
         return [
             f"the camera {camera.name} clips what is nearer than {self.start:g} or farther than "

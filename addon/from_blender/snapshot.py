@@ -18,6 +18,7 @@ import bpy
 
 from ...core.progress import SILENT, Progress
 from ...core.scene import Scene
+from ...core.scene.placing import KEEP, is_shared
 from . import extraction
 from .extraction import ListedMesh, RawScene
 from .fingerprint import Digest, MeshHash, bytes_of_matrix, fingerprint, movement
@@ -86,6 +87,8 @@ class Look:
         What every object looked like, see :func:`.fingerprint.fingerprint`.
     there : frozenset of int
         All objects that were in the view layer, in scope or not.
+    instances : str
+        What became of instances, "keep" or "flatten"; empty if no mesh was in several places.
     layers : dict of str to InLayer
         The view layers that it was compared with, by their names.
     """
@@ -94,6 +97,7 @@ class Look:
     owner: int
     digests: dict[Key, Digest]
     there: frozenset[int]
+    instances: str = ""
     layers: dict[str, InLayer] = field(default_factory=dict)
     _ids: frozenset[int] = frozenset()  # all objects in `digests`
 
@@ -101,11 +105,13 @@ class Look:
         self._ids = frozenset(uid for key in self.digests for uid in key)
 
     @classmethod
-    def at(cls, context: bpy.types.Context, scope: str, parts: list[Part]) -> Look:
+    def at(cls, context: bpy.types.Context, scope: str, instances: str, parts: list[Part]) -> Look:
         """Return how the scene looks now, of which `parts` was taken."""
         layer = context.view_layer
         there = frozenset(obj.session_uid for obj in layer.objects)
-        look = cls(scope, context.scene.session_uid, fingerprint(parts), there)
+        matters = is_shared([part.mesh for part in parts])
+        uid = context.scene.session_uid
+        look = cls(scope, uid, fingerprint(parts), there, instances if matters else "")
         # Of instances, those without faces are not among the digests, and would be counted here.
         hashes = {(key, 0): each.meshes[0] for key, each in look.digests.items() if not key[0]}
         look.layers[layer.name] = InLayer(is_settled=True, hashes=hashes)
@@ -284,7 +290,7 @@ class Snapshot(NamedTuple):
     Attributes
     ----------
     shape : Scene
-        Its triangles alone, whatever camera and lights there are.
+        What can be hit alone, whatever camera and lights there are.
     scene : Scene
         With those of the moment when it was taken.
     look : Look
@@ -302,16 +308,21 @@ class Taken(NamedTuple):
     look: Look
 
     @classmethod
-    def at(cls, context: bpy.types.Context, scope: str) -> Taken:
+    def at(cls, context: bpy.types.Context, scope: str, instances: str = KEEP) -> Taken:
         """Take one now, in the main thread.
+
+        Parameters
+        ----------
+        scope : {"visible", "selected"}
+        instances : {"keep", "flatten"}
 
         Raises
         ------
         InputError
             When there is nothing to build over, or a mesh is invalid.
         """
-        raw = RawScene.at(context, scope)
-        return cls(raw, Look.at(context, scope, raw.parts))
+        raw = RawScene.at(context, scope, instances)
+        return cls(raw, Look.at(context, scope, instances, raw.parts))
 
     def snapshot(self, progress: Progress = SILENT) -> Snapshot:
         """Make a scene of it, in any thread.

@@ -12,6 +12,7 @@ import bpy
 from ...core.errors import InputError
 from ...core.progress import Progress
 from ...core.scene import Scene
+from ...core.scene.placing import FLATTEN
 from ..standard_streams import others_kept_silent
 from ..stopping import held
 from .snapshot import Look, Taken
@@ -25,7 +26,7 @@ def frame_range(scene: bpy.types.Scene) -> range:
 
 
 def taken_at(context: bpy.types.Context, scope: str, number: int) -> Taken:
-    """Show a frame and take its scene.
+    """Show a frame and take its scene, its instances flattened: meshes may change with time.
 
     Raises
     ------
@@ -39,7 +40,7 @@ def taken_at(context: bpy.types.Context, scope: str, number: int) -> Taken:
         is_shown = False
     if not is_shown:
         raise InputError(f"there is no frame {number} on Blender's timeline")
-    return Taken.at(context, scope)
+    return Taken.at(context, scope, FLATTEN)
 
 
 def scene_at(context: bpy.types.Context, scope: str, number: int) -> Scene:

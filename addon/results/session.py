@@ -17,7 +17,9 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from ...core.errors import InputError
+from ...core.geometry.instances import owners_of
 from ...core.printing import print_lines
+from ...core.scene.placing import KEEP
 from .. import handlers, jobs
 from ..drawing import overlay
 from ..drawing.drawable import Drawable
@@ -93,15 +95,20 @@ class Session:
 
     # Storing results.
 
-    def take(self, context: bpy.types.Context, scope: str) -> Taken:
+    def take(self, context: bpy.types.Context, scope: str, instances: str) -> Taken:
         """Take the scene from Blender for work to come, and keep an eye on it from now on.
+
+        Parameters
+        ----------
+        scope : {"visible", "selected"}
+        instances : {"keep", "flatten"}
 
         Raises
         ------
         InputError
             When there is nothing to build over, or a mesh is invalid.
         """
-        taken = Taken.at(context, scope)
+        taken = Taken.at(context, scope, instances)
         self.watch(taken.look)
         return taken
 
@@ -259,6 +266,9 @@ class Session:
         root = context.scene.accelscope
         if root.scope != self.snapshot.look.scope:
             return "the scope was changed"
+        taken_so = self.snapshot.look.instances
+        if taken_so not in ("", root.instances):
+            return f"instances were {'kept' if taken_so == KEEP else 'flattened'}"
         try:
             structure, settings = choices.structure_and_settings(root)
         except InputError as error:
@@ -292,8 +302,10 @@ class Session:
         primitive = int(hits.primitive[self.step_index])
         if primitive < 0:
             return "hits nothing"
-        name = scene.object_names[scene.object_ids[primitive]]
-        return f"hits triangle {primitive} of {name} at t = {hits.t[self.step_index]:.6g}"
+        # In words of the scene: an instance is an object, and its triangles are its mesh's.
+        (owner,), (within,) = owners_of(scene.geometry, np.array([primitive]))
+        name = scene.object_names[scene.object_ids[primitive if owner < 0 else owner]]
+        return f"hits triangle {within} of {name} at t = {hits.t[self.step_index]:.6g}"
 
 
 current = Session()

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from ...core.errors import InputError, reason_of
 from ...core.printing import printable
+from ...core.scene.placing import PlacingSettings
 from ...core.settings import key_of
 from ..settings.generated import name_of
 
@@ -49,9 +50,9 @@ def names() -> Names:
     entries: list[tuple[str, Any]] = [
         *structures().items(), *workloads().items(), *samples().items(),
     ]  # fmt: skip
-    for name, entry in entries:
-        found.entries[name] = entry.label
-        for field in dataclasses.fields(entry.Settings):
+    found.entries.update((name, entry.label) for name, entry in entries)
+    for settings in (PlacingSettings, *(entry.Settings for _, entry in entries)):
+        for field in dataclasses.fields(settings):
             found.settings[key_of(field)] = field.metadata["label"]
             for choice in field.metadata["choices"] or ():
                 found.choices[choice] = name_of(choice)
@@ -88,6 +89,7 @@ def _worded(text: str) -> str:
     """Return what is ours of a message with labels in place of keys."""
     text = re.sub(rf"^(?:{KINDS}) (\w+):", _entry_before_colon, text)
     text = re.sub(r"(?<![\w/.])(\w+)=([\w.-]+)", _setting_and_value, text)
+    text = re.sub(r"(?<![\w-])--(\w+) (\w+)", _setting_and_value, text)
     text = re.sub(r"'(\w+)'", _quoted_setting, text)
     return re.sub(r"(?<![\w/.'])\w+(?![\w/'])(?!\.\w)", _word, text)
 
@@ -108,7 +110,7 @@ def _entry_before_colon(match: re.Match[str]) -> str:
 
 
 def _setting_and_value(match: re.Match[str]) -> str:
-    """``storage=pointer`` is ``Storage Pointer``."""
+    """``storage=pointer`` is ``Storage Pointer``, as is ``--storage pointer``."""
     key, value = match.groups()
     if key not in names().settings:
         return match[0]

@@ -20,6 +20,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from ...core.scene.placing import PlacingSettings
 from ..drawing import overlay
 from ..from_blender import extraction
 from ..results import session
@@ -245,6 +246,7 @@ def load() -> None:
             extraction.SCOPES,
             name="Scope", description="Which objects are built over", default=extraction.VISIBLE,
         ),
+        **properties_of(PlacingSettings),
         "structure": choice_of(
             structures(), "bvh", name="Structure", description="Acceleration structure to build"
         ),

@@ -23,7 +23,8 @@ class Embree:
                 "pip install 'accelscope[reference]'"
             ) from None
         self._scene = EmbreeScene()
-        self._mesh = TriangleMesh(self._scene, scene.triangles.astype(np.float32))
+        # Numbers of primitives are those of the flattened scene.
+        self._mesh = TriangleMesh(self._scene, scene.flat().triangles.astype(np.float32))
 
     def trace(self, rays: Rays) -> Hits:
         """Return the closest hits; t is Embree's own, accurate to single precision."""
@@ -33,4 +34,4 @@ class Embree:
         )  # fmt: skip
         primitive = np.asarray(found["primID"], dtype=np.int64)
         t = np.where(primitive >= 0, found["tfar"], np.inf).astype(np.float64)
-        return Hits(t, primitive.astype(np.int32))
+        return Hits(t, primitive)

@@ -16,6 +16,7 @@ import numpy as np
 from ..errors import InputError
 from ..reading import refuse_if_no_file
 from ..scene import Scene
+from ..scene.placing import KEEP, scene_of
 from .contents import BrokenFile, Contents
 from .gltf import read_gltf
 from .obj import read_obj
@@ -34,8 +35,13 @@ READERS: dict[str, Callable[[Path], Contents]] = {
 """How a mesh file is read, by its suffix."""
 
 
-def load_mesh_file(path: str | Path) -> Scene:
+def load_mesh_file(path: str | Path, instances: str = KEEP) -> Scene:
     """Read all triangles of a mesh file, in file order and world space.
+
+    Parameters
+    ----------
+    instances : {KEEP, FLATTEN}
+        Of meshes that the file has in several places, see :mod:`..scene.placing`.
 
     Raises
     ------
@@ -51,15 +57,17 @@ def load_mesh_file(path: str | Path) -> Scene:
     try:
         # NaN and infinite numbers are no affair: their triangles are dropped and counted.
         with np.errstate(all="ignore"):
-            pieces, notes = reader(path)
+            pieces, notes, placed = reader(path)
     except BrokenFile as error:
         raise InputError(f"{path} cannot be read: {error}; {error.cure}") from error
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
     counts = [len(piece.triangles) for piece in pieces]
-    if not sum(counts):
+    if not sum(counts) and not any(len(each.mesh.triangles) for each in placed):
         also = "".join(f"; {note}" for note in notes)
         raise InputError(f"{path} has no triangles{also}; choose a mesh with faces")
+    if placed:
+        return scene_of(placed, instances, path.stem, str(path), notes=tuple(notes))
     return Scene.from_triangles(
         np.concatenate([piece.triangles for piece in pieces]),
         path.stem,

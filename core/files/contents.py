@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.triangulation import triangulate
+from ..scene.placing import Placed
 
 MORE_THAN_ANY = 1 << 63
 """A count beyond that of anything in a file, and of what an index of 64 bits can hold."""
@@ -32,10 +33,14 @@ class Piece(NamedTuple):
 
 
 class Contents(NamedTuple):
-    """What was read from a file, and sentences that name what was not."""
+    """What was read from a file, and sentences that name what was not.
+
+    A file has pieces, or meshes in places.
+    """
 
     pieces: list[Piece]
     notes: list[str]
+    placed: list[Placed] = []  # noqa: RUF012  nobody adds to it
 
 
 def counted(count: int, singular: str, plural: str = "") -> str:

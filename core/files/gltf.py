@@ -1,8 +1,9 @@
 """glTF 2.0: a tree of nodes that place meshes, as JSON beside its numbers or in one binary file.
 
 Read are all kinds of triangles, sparse and normalized numbers, the pose at rest (weights of morph
-targets, skins), and instances (EXT_mesh_gpu_instancing). One piece is a primitive of a mesh at a
-node; nodes come in the order in which the tree of the scene is walked, a node before its children.
+targets, skins), and instances (EXT_mesh_gpu_instancing). One object is a primitive of a mesh at a
+node; all nodes that have it share its triangles, but for those that a skin moves. Nodes come in the
+order in which the tree of the scene is walked, a node before its children.
 
 Not read by trimesh: it leaves out sparse and normalized numbers, fans, instances, morph targets and
 skins without a word, and reads on where an extension is required that it does not know.
@@ -22,15 +23,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..memory import Tally, refuse_if_too_large
-from .contents import BrokenFile, Contents, NotRead, Piece, counted, triangles_of_strip
+from ..memory import Tally
+from ..scene.placing import Mesh, Placed
+from .contents import BrokenFile, Contents, NotRead, counted, triangles_of_strip
 from .gltf_accessors import COMPRESSIONS, Document, real
 from .gltf_nodes import (
     BYTES_PER_INSTANCE,
     INSTANCING,
     VISIBILITY,
     Nodes,
-    moved,
     moved_by_joints,
 )
 
@@ -49,9 +50,6 @@ WITHOUT_EFFECT = (
 POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
 """Modes of primitives; between points and triangles are three kinds of lines."""
 
-BYTES_PER_TRIANGLE = 300  # at the peak of making the scene
-
-
 MALFORMED = (
     AttributeError, IndexError, KeyError, OverflowError, RecursionError, TypeError, ValueError,
 )  # fmt: skip
@@ -65,25 +63,16 @@ class Shape(NamedTuple):
     ----------
     name : str
         What it adds to the name of its node.
-    vertices : (n_vertices, 3) float64
-    triangles : (n, 3) int64
+    mesh : Mesh
+        Of float64 and int64.
     joints, weights : (n_vertices, k) int64 and float64, or None
         By which joints of a skin each vertex is moved.
     """
 
     name: str
-    vertices: np.ndarray
-    triangles: np.ndarray
+    mesh: Mesh
     joints: np.ndarray | None
     weights: np.ndarray | None
-
-
-class Placement(NamedTuple):
-    """A shape in the world: one matrix, (1, 4, 4), or one for each joint of its skin."""
-
-    name: str
-    shape: Shape
-    matrices: np.ndarray
 
 
 def read_gltf(path: Path) -> Contents:
@@ -91,8 +80,8 @@ def read_gltf(path: Path) -> Contents:
     document = Document(path)
     try:
         reader = _Reader(document)
-        pieces = list(reader.pieces(path))
-        return Contents(pieces, reader.notes())
+        placed = list(reader.placed(path.stem))
+        return Contents([], reader.notes(), placed)
     except (BrokenFile, InputError):
         raise
     except MALFORMED as error:
@@ -127,21 +116,20 @@ class _Reader:
         if needed:
             raise NotRead(f"it requires {', '.join(needed)}, which is not read")
 
-    def pieces(self, path: Path) -> Iterator[Piece]:
-        """Yield the triangles of all nodes of the scene."""
-        self._shown = list(self.nodes.shown())
-        placements = [
-            placement
-            for node in self._shown
-            if "mesh" in self.nodes.entries[node]
-            for placement in self._placements(node, path.stem)
-        ]
-        total = sum(len(placement.shape.triangles) for placement in placements)
-        _refuse_if_too_many(total, path)
-        for name, shape, matrices in placements:
-            yield Piece(name, _placed(shape, matrices)[shape.triangles])
+    def placed(self, stem: str) -> Iterator[Placed]:
+        """Yield the meshes at all nodes of the scene.
 
-    def _placements(self, node: int, stem: str) -> Iterator[Placement]:
+        Parameters
+        ----------
+        stem : str
+            Name of what has none.
+        """
+        self._shown = list(self.nodes.shown())
+        for node in self._shown:
+            if "mesh" in self.nodes.entries[node]:
+                yield from self._placed_at(node, stem)
+
+    def _placed_at(self, node: int, stem: str) -> Iterator[Placed]:
         """Yield the shapes at a node, as often as there are instances of it."""
         entry = self.nodes.entries[node]
         mesh = self.document.entry("meshes", entry["mesh"])
@@ -153,14 +141,17 @@ class _Reader:
             names = [name]
         else:
             names = [f"{name}/{number}" for number in range(len(matrices))]
-        per_instance = sum(len(shape.triangles) for shape in shapes)
-        per_instance = per_instance * BYTES_PER_TRIANGLE + len(shapes) * BYTES_PER_INSTANCE
-        self._tally.add(per_instance * len(matrices))
+        self._tally.add(len(shapes) * len(matrices) * BYTES_PER_INSTANCE)
         joints = self.nodes.of_joints(entry["skin"]) if "skin" in entry else None
         for instance, matrix in zip(names, matrices):
             for shape in shapes:
-                moved_by = matrix[None] if joints is None or shape.joints is None else joints
-                yield Placement(instance + shape.name, shape, moved_by)
+                if joints is None or shape.joints is None or shape.weights is None:
+                    yield Placed(instance + shape.name, shape.mesh, matrix)
+                else:
+                    vertices, triangles = shape.mesh
+                    self._tally.add(vertices.nbytes)
+                    there = moved_by_joints(vertices, shape.joints, shape.weights, joints)
+                    yield Placed(instance + shape.name, Mesh(there, triangles), np.eye(4))
 
     # ------------------------------------------------------------------------------------ meshes
 
@@ -217,7 +208,7 @@ class _Reader:
         joints, shares = self._joints(attributes, len(vertices), where)
         made = [vertices, triangles, *(each for each in (joints, shares) if each is not None)]
         self._tally.add(sum(each.nbytes for each in made))
-        return Shape(name, vertices, triangles, joints, shares)
+        return Shape(name, Mesh(vertices, triangles), joints, shares)
 
     def _joints(
         self, attributes: dict, n_vertices: int, where: str
@@ -279,12 +270,6 @@ class _Reader:
         return notes
 
 
-def _refuse_if_too_many(count: int, what: str | Path) -> None:
-    refuse_if_too_large(
-        count * BYTES_PER_TRIANGLE, f"{what} of {count} triangles", "take a part of it"
-    )
-
-
 def _triangles(indices: np.ndarray, mode: int, where: str) -> np.ndarray:
     """Return the triangles, (n, 3), that vertices make in a mode."""
     if mode == STRIP:
@@ -296,10 +281,3 @@ def _triangles(indices: np.ndarray, mode: int, where: str) -> np.ndarray:
     if len(indices) % 3:
         raise BrokenFile(f"{where} has {len(indices)} corners, no multiple of three")
     return indices.reshape(-1, 3)
-
-
-def _placed(shape: Shape, matrices: np.ndarray) -> np.ndarray:
-    """Return the vertices in the world, moved by a matrix or by those of their joints."""
-    if shape.joints is None or shape.weights is None or len(matrices) == 1:
-        return moved(shape.vertices, matrices[0])
-    return moved_by_joints(shape.vertices, shape.joints, shape.weights, matrices)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..memory import Tally
+from ..scene.placing import moved
 from .contents import BrokenFile
 from .gltf_accessors import Document, real, whole
 
@@ -121,13 +122,6 @@ class Nodes:
             inverse = columns[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
             matrices = matrices @ inverse
         return matrices
-
-
-def moved(vertices: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Return vertices, (n, 3), moved by a matrix, unless that is the identity."""
-    if np.array_equal(matrix, np.eye(4)):
-        return vertices
-    return vertices @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def moved_by_joints(

@@ -6,7 +6,8 @@ Here is what a scene knows of them: meshes, matrices, boxes. How a ray meets one
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -123,6 +124,13 @@ def primitives_in(geometry: Any) -> int:
     return int(geometry.first[-1]) if isinstance(geometry, Instanced) else len(geometry.ids)
 
 
+def stored_in(geometry: Any) -> int:
+    """Return how many primitives a geometry has, those of every mesh counted once."""
+    if not isinstance(geometry, Instanced):
+        return len(geometry.ids)
+    return sum(stored_in(mesh) for mesh in geometry.meshes)
+
+
 def levels_of_mesh(geometry: Any) -> int:
     """Return how deep instances lie within each other in a geometry: 0 where there are none."""
     return 1 + levels_of_mesh(geometry.meshes[0]) if isinstance(geometry, Instanced) else 0
@@ -170,6 +178,26 @@ def flattened(geometry: Any) -> tuple[np.ndarray, np.ndarray]:
         np.matmul(local[mesh], matrix[:, :3].T, out=part)
         part += matrix[:, 3]
     return corners, np.repeat(np.arange(len(geometry.which)), np.diff(geometry.first))
+
+
+def parts_in_world(geometry: Any) -> Iterator[tuple[np.ndarray, Callable[[], np.ndarray]]]:
+    """Yield the box, (6,), of each instance, and what returns its triangles, (n, 3, 3), there.
+
+    What holds no instances is one part. So whoever looks through all triangles of a scene need not
+    hold more than those of one instance.
+    """
+    if not isinstance(geometry, Instanced):
+        yield box_of(geometry), lambda: geometry.corners
+        return
+    for number in range(len(geometry.which)):
+        yield geometry.boxes[number], functools.partial(_triangles_of, geometry, number)
+
+
+def _triangles_of(geometry: Instanced, number: int) -> np.ndarray:
+    """Return the triangles of an instance, (n, 3, 3)."""
+    corners, _ = flattened(geometry.meshes[geometry.which[number]])
+    matrix = geometry.matrices[number]
+    return corners @ matrix[:, :3].T + matrix[:, 3]
 
 
 @boxes_around.register

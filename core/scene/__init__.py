@@ -240,6 +240,12 @@ class Scene:
         what : str
             ``"bsp divides"``.
         """
+        if is_of_triangles(self.geometry):
+            raise InputError(
+                f"{what} with triangles only, and {self.name} holds instances; choose "
+                "--instances flatten, or another structure or setting",
+                self.name,
+            )
         raise InputError(
             f"{what} with triangles only, and {self.name} holds other items as well; choose "
             "another structure or setting, or a scene of triangles",
@@ -298,11 +304,20 @@ def _refuse_sizes(lower: np.ndarray, upper: np.ndarray, name: str) -> None:
 
     Triangles are drawn flat instead, see :func:`_flatten`; solids and matrices cannot be.
     """
-    size = upper - lower
     if not (np.abs([lower, upper]) < LARGEST).all():
         raise InputError(f"{name} is too large to compute with; scale it", name)
-    if size.max() < SMALLEST or ((size > 0.0) & (size < THINNEST * size.max())).any():
+    if not is_computable(lower, upper):
         raise InputError(f"{name} is too small or too thin to compute with; scale it", name)
+
+
+def is_computable(lower: np.ndarray, upper: np.ndarray) -> bool:
+    """Say whether what lies in a box has a size, and one along each axis, to compute with."""
+    size = upper - lower
+    is_thin = (size > 0.0) & (size < THINNEST * size.max())
+    # Of numbers that are none all comparisons are false.
+    return bool((np.abs([lower, upper]) < LARGEST).all() and size.max() >= SMALLEST) and not bool(
+        is_thin.any()
+    )
 
 
 def _flatten(triangles: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> list[str]:
@@ -324,20 +339,28 @@ def _flatten(triangles: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> lis
     return notes
 
 
+def has_area(triangles: np.ndarray) -> bool:
+    """Say whether one of the triangles, (n, 3, 3), has an area."""
+    lower = triangles.min(axis=(0, 1))
+    scale = float((triangles.max(axis=(0, 1)) - lower).max())
+    if not scale > 0.0:
+        return False
+    # Scaled to the unit box first: at 1e-200 the cross product would underflow to zero.
+    unit = (triangles - lower) / scale
+    return bool(np.cross(unit[:, 1] - unit[:, 0], unit[:, 2] - unit[:, 0]).any())
+
+
 def _refuse_if_all_degenerate(
     triangles: np.ndarray, lower: np.ndarray, upper: np.ndarray, name: str
 ) -> None:
     """Raise InputError if every triangle has zero area: there is nothing to hit or to divide."""
-    # Scaled to the unit box first: at 1e-200 the cross product would underflow to zero.
     scale = float((upper - lower).max())
     if 0.0 < scale < SMALLEST:
         raise InputError(
             f"{name} is {scale:.1g} units large, too small to compute with; scale it", name
         )
-    if scale > 0.0:
-        unit = (triangles - lower) / scale
-        if np.cross(unit[:, 1] - unit[:, 0], unit[:, 2] - unit[:, 0]).any():
-            return
+    if has_area(triangles):
+        return
     count = (
         "its only triangle has" if len(triangles) == 1 else f"all {len(triangles)} triangles have"
     )

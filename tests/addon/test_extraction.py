@@ -20,8 +20,8 @@ def extraction(bpy: Any) -> Any:
     return extraction
 
 
-def visible(bpy: Any, extraction: Any) -> Any:
-    return extraction.extract(bpy.context, extraction.VISIBLE)
+def visible(bpy: Any, extraction: Any, instances: str = "keep") -> Any:
+    return extraction.extract(bpy.context, extraction.VISIBLE, instances)
 
 
 def mesh_object(bpy: Any, name: str, vertices: Any, faces: Any) -> Any:
@@ -60,7 +60,7 @@ def test_modifiers_are_applied(bpy: Any, extraction: Any) -> None:
     bpy.ops.mesh.primitive_cube_add()
     array = bpy.context.object.modifiers.new("Array", "ARRAY")
     array.count = 3
-    scene = visible(bpy, extraction)
+    scene = visible(bpy, extraction, "flatten")
     assert len(scene) == 36
     np.testing.assert_allclose(scene.upper, (5, 1, 1))
 
@@ -120,7 +120,7 @@ def test_collection_instances_are_expanded(bpy: Any, extraction: Any) -> None:
         empty.instance_type, empty.instance_collection = "COLLECTION", source
         empty.location.x = x
         bpy.context.scene.collection.objects.link(empty)
-    scene = visible(bpy, extraction)
+    scene = visible(bpy, extraction, "flatten")
     assert len(scene) == 36
     assert sorted(scene.object_names) == ["Instance0/Cube", "Instance10/Cube", "Instance20/Cube"]
     np.testing.assert_allclose(scene.upper, (21, 1, 1))
@@ -135,7 +135,7 @@ def test_linked_duplicates_and_mirrored_scale(bpy: Any, extraction: Any) -> None
     twin = bpy.data.objects.new("Twin", bpy.context.object.data)
     twin.scale.x, twin.location.x = -1, 5
     bpy.context.collection.objects.link(twin)
-    scene = visible(bpy, extraction)
+    scene = visible(bpy, extraction, "flatten")
     halves = [scene.triangles[scene.object_ids == number] for number in (0, 1)]
     own, mirrored = halves if scene.object_names[0] == "Suzanne" else halves[::-1]
     np.testing.assert_allclose(mirrored, own * (-1, 1, 1) + (5, 0, 0), atol=1e-6)

@@ -393,7 +393,7 @@ def test_without_a_scene_the_open_file_is_taken(capsys):
 
     code = main(
         ["evaluate", "--structure", "bvh", "--rays", CAMERA, "--json", "-", "--quiet"],
-        open_file=lambda: make_sample("tetra:size=1"),
+        open_file=lambda instances: make_sample("tetra:size=1"),
     )
     captured = capsys.readouterr()
     assert (code, captured.err) == (0, "")

@@ -202,7 +202,7 @@ def test_transforms_of_a_glb(tmp_path):
         {"mesh": 0, "matrix": [0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1]},
     ]
     write_glb(tmp_path / "nodes.glb", [mesh, other], nodes)
-    scene = load_mesh_file(tmp_path / "nodes.glb")
+    scene = load_mesh_file(tmp_path / "nodes.glb", "flatten")
     wanted = [
         [[10, 0, 0], [11, 0, 0], [10, 1, 0]],
         [[0, 0, 0], [0, 6, 0], [0, 0, -8]],

@@ -61,7 +61,7 @@ class Builder:
         return path
 
     def load(self, folder):
-        return load_mesh_file(self.save(folder / "m.gltf"))
+        return load_mesh_file(self.save(folder / "m.gltf"), "flatten")
 
 
 @pytest.fixture

@@ -100,7 +100,7 @@ def test_instances_share_what_was_cut(
         return real(*arguments)
 
     monkeypatch.setattr(triangulation, "triangulate", triangulate)
-    scene = Taken.at(bpy.context, "visible").snapshot().scene
+    scene = Taken.at(bpy.context, "visible", "flatten").snapshot().scene
     assert len(calls) == 1
     assert sorted(np.unique(scene.triangles[:, 0, 2]).tolist()) == [0, 1, 2, 3, 4, 5]
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...geometry.geometry import normals_at
 from ...ranges import ranges
 from ...scene import ORTHOGRAPHIC, Camera, Scene
 from ...structures.bvh import BVH
@@ -59,9 +60,8 @@ class View:
         rays = camera_rays(self.camera, self.width, self.height)
         hits, _ = BVH.build(scene, BVH.Settings()).trace(rays)
         hit = hits.primitive >= 0
-        corners = scene.triangles[hits.primitive[hit]]
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        points = rays.origins[hit] + hits.t[hit, None] * rays.directions[hit]
+        normals = normals_at(scene.geometry, hits.primitive[hit], points, rays.times[hit])
         forward, right, up = camera_axes(self.camera)
         normals *= -np.sign(normals @ forward)[:, None]
         # A key light over the viewer's left shoulder, and a fill from the front.

@@ -83,6 +83,7 @@ class Comparison:
         Cancelled
             From the progress.
         """
+        scene = scene.flat()  # a mesh that is deformed is no instance any more
         rebuilt = build(scene, self.kind, self.settings, self.progress)
         original = self.original or rebuilt.structure
         assert isinstance(original, Refittable)

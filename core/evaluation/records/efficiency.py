@@ -81,6 +81,7 @@ class Measurement:
         directions: Mapping[str, Sequence[float]] | None = None,
         progress: Progress = SILENT,
     ) -> None:
+        scene = scene.flat()
         self.scene, self.settings, self.progress = scene, settings, progress
         self.ball = ball = Ball.around(scene.lower, scene.upper, settings.spread)
         self.hull = hull_area(scene.triangles.reshape(-1, 3))

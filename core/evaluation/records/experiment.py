@@ -3,7 +3,9 @@
 The record is the one place figures come from: the panel, the table, CSV, JSON and the HTML page all
 show records. Its form is ``accelscope/2``; times are wall-clock seconds. Beside the figures it says
 what they are of: the lights of the scene (``scene.lights``), the camera that the rays start from
-(``rays.camera``), versions and machine (``environment``).
+(``rays.camera``), versions and machine (``environment``). Where meshes were kept as instances, it
+has ``scene.instances``: how many there are, of how many meshes, and the triangles of each mesh
+counted once; ``scene.triangles`` counts those of every instance.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from ...contract.counters import Counts
 from ...contract.figures import of_keys
 from ...contract.structure import Hits, Made, Structure
 from ...errors import InputError
+from ...geometry.instances import Instanced, primitives_in, stored_in
 from ...geometry.rays import ALL, Rays, joined_rays
 from ...kernels import announcing
 from ...parallel import core_count
@@ -179,10 +182,19 @@ def made_since(before: Made | None, structure: Structure) -> Made | None:
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
     """Return the part of a record that is about the scene."""
+    geometry = scene.geometry
+    kept: dict[str, Any] = {}
+    if isinstance(geometry, Instanced):
+        kept["instances"] = {
+            "count": len(scene),
+            "meshes": len(geometry.meshes),
+            "triangles": stored_in(geometry),
+        }
     return {
         "name": scene.name,
         "source": scene.source,
-        "triangles": len(scene),
+        "triangles": primitives_in(geometry),
+        **kept,
         "dropped_triangles": scene.dropped,
         "bounds": [scene.lower.tolist(), scene.upper.tolist()],
         "notes": list(scene.notes),

@@ -149,6 +149,8 @@ class Row(NamedTuple):
 
 SCENE_AND_BUILD = (
     Row("Scene", "Triangles", ("scene", "triangles"), "count", "triangles"),
+    Row("Scene", "Instances", ("scene", "instances", "count"), "count"),
+    Row("Scene", "Triangles of meshes", ("scene", "instances", "triangles"), "count"),
     Row("Scene", "Dropped triangles", ("scene", "dropped_triangles"), "count"),
     Row("Build", "Build time", ("build", "seconds"), "seconds", "build"),
     Row("Build", "Memory", ("build", "bytes"), "bytes", "memory"),

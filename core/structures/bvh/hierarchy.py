@@ -87,6 +87,13 @@ def items_of(scene: Scene, order: np.ndarray, settings: Any, progress: Progress)
     return scene.items(order)
 
 
+def have_same_items(before: Any, now: Any) -> bool:
+    """Say whether two geometries are of one kind, and their instances of the same meshes."""
+    if type(before) is not type(now):
+        return False
+    return not isinstance(now, Instanced) or np.array_equal(before.which, now.which)
+
+
 @dataclasses.dataclass(frozen=True)
 class Making:
     """How a hierarchy was made, over the triangles that it has.
@@ -211,7 +218,8 @@ class BVH(Structure):
         Parameters
         ----------
         scene : Scene
-            The same triangles in the same order, elsewhere.
+            The same triangles in the same order, elsewhere. The meshes of instances may have
+            changed in whatever way: their trees are made anew.
 
         Raises
         ------
@@ -233,7 +241,12 @@ class BVH(Structure):
                 f"the tree was built over {before.counted}, now there are {len(scene)}, or "
                 "others were left out; a refit needs the same ones: build anew"
             )
-        items = scene.items(self.geometry.ids)
+        if not have_same_items(before.geometry, scene.geometry):
+            raise InputError(
+                f"the tree was built over {before.counted}, now there are {scene.counted}, or of "
+                "other meshes; a refit needs the same ones: build anew"
+            )
+        items = items_of(scene, self.geometry.ids, self.settings, progress)
         volumes = refitted_volumes(
             self.arrays, self.width(), self.settings.volume, items, scene.boxes(), progress
         )

@@ -29,6 +29,7 @@ from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....errors import InputError
 from .....geometry.box import area_of
 from .....geometry.box_shape import surface_area
+from .....geometry.instances import is_of_triangles
 from .....geometry.rays import ULPS
 from .....geometry.triangles import Triangles
 from .....kernels import call, inner, kernel
@@ -270,8 +271,10 @@ class Construction:
         boxes, triangle = np.empty((room, 6)), np.empty(room, np.int32)
         boxes[:count], triangle[:count] = primitives.boxes, np.arange(count)
         if not isinstance(primitives.geometry, Triangles):
+            first = "--instances flatten or " * is_of_triangles(primitives.geometry)
+            what = "instances" if first else "other items as well"
             raise InputError(
-                "sbvh cuts triangles into pieces, and the scene holds other items as well; choose "
+                f"sbvh cuts triangles into pieces, and the scene holds {what}; choose {first}"
                 "another builder, such as binned_sah"
             )
         corners = primitives.geometry.corners

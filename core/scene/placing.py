@@ -1,0 +1,217 @@
+"""Scenes of meshes in places: each mesh once with its matrices, or all triangles in world space.
+
+What reads scenes (files, Blender) says which mesh stands where. Whether a mesh in several places
+stays one is the user's choice; where none is, and where instances could not be computed with, the
+scene is one of triangles.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry.instances import Instanced, instanced, inverted
+from ..geometry.triangles import all_triangles
+from ..memory import refuse_if_too_large
+from ..progress import SILENT, Progress
+from ..settings import setting
+from . import Scene, has_area, is_computable
+
+KEEP, FLATTEN = "keep", "flatten"
+
+BYTES_PER_TRIANGLE = 300  # at the peak of making a scene of them
+
+BYTES_PER_INSTANCE = 600
+
+
+@dataclass(frozen=True)
+class PlacingSettings:
+    """How scenes are made of what is read."""
+
+    instances: str = setting(
+        KEEP, "Instances", "What becomes of meshes that are in several places",
+        choices={
+            KEEP: "Each mesh once, and a matrix for each of its places",
+            FLATTEN: "All triangles in world space, as if no mesh were in several places",
+        },
+    )  # fmt: skip
+
+
+class Mesh(NamedTuple):
+    """Triangles that share vertices, in a space of their own.
+
+    Attributes
+    ----------
+    vertices : (n_vertices, 3) float
+    triangles : (n, 3) int
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+
+
+class Placed(NamedTuple):
+    """A mesh in the world: an object of the scene.
+
+    Attributes
+    ----------
+    name : str
+    mesh : Mesh
+        The same one, not an equal one, where it is in several places.
+    matrix : (4, 4) float64
+        To world space.
+    """
+
+    name: str
+    mesh: Mesh
+    matrix: np.ndarray
+
+
+class _Kept(NamedTuple):
+    """Instances, and the number of the object that each is."""
+
+    geometry: Instanced
+    object_ids: np.ndarray
+
+
+def is_shared(meshes: Sequence[object]) -> bool:
+    """Say whether one of the meshes is in several places."""
+    return max(Counter(map(id, meshes)).values(), default=0) > 1
+
+
+def moved(vertices: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Return vertices, (n, 3), moved by a matrix, (4, 4), unless that is the identity."""
+    if np.array_equal(matrix, np.eye(4)):
+        return vertices
+    return vertices @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def scene_of(
+    objects: Sequence[Placed],
+    instances: str,
+    name: str,
+    source: str = "",
+    *,
+    notes: tuple[str, ...] = (),
+    advice: str = "take a part of it",
+    progress: Progress = SILENT,
+) -> Scene:
+    """Return a scene of meshes in places.
+
+    A mesh that is in one place only stands in world space, and its matrix is the identity: so the
+    box around it is as tight as that of its triangles, its tree is made for the axes of the world,
+    and rays are not rounded on their way in. It stays an instance of its own, since it keeps the
+    numbers of its triangles, and its name, that way.
+
+    Parameters
+    ----------
+    instances : {KEEP, FLATTEN}
+        Kept are instances only where a mesh is in several places.
+    advice : str
+        What to do if there is too little memory.
+
+    Raises
+    ------
+    InputError
+        When there is no triangle that a ray could hit, or too many for the memory.
+    Cancelled
+        From `progress`.
+    """
+    meshes = [each.mesh for each in objects]
+    names = tuple(each.name for each in objects)
+    if instances == KEEP and is_shared(meshes):
+        once = sum(len(mesh.triangles) for mesh in {id(mesh): mesh for mesh in meshes}.values())
+        refuse_if_too_large(
+            once * BYTES_PER_TRIANGLE + len(objects) * BYTES_PER_INSTANCE,
+            f"{name} with {len(objects)} instances of {once} triangles", advice,
+        )  # fmt: skip
+        with np.errstate(all="ignore"):
+            kept = _kept(objects, progress)
+        if kept is not None:
+            return Scene.from_instances(
+                kept.geometry, name, source, object_ids=kept.object_ids, object_names=names,
+                notes=notes,
+            )  # fmt: skip
+        notes = (*notes, "its instances are flattened, for some cannot be computed with in place")
+    counts = [len(mesh.triangles) for mesh in meshes]
+    total = sum(counts)
+    if instances == FLATTEN and is_shared(meshes):
+        advice += " or choose --instances keep"
+    refuse_if_too_large(total * BYTES_PER_TRIANGLE, f"{name} of {total} triangles", advice)
+    corners = np.empty((total, 3, 3))
+    first = 0
+    for placed, count in zip(objects, counts, strict=True):
+        progress.report(first, total, "Taking triangles")
+        # NaN and infinite numbers are no affair: their triangles are dropped and counted.
+        with np.errstate(all="ignore"):
+            world = moved(placed.mesh.vertices, placed.matrix)
+        corners[first : first + count] = world[placed.mesh.triangles]
+        first += count
+    progress.report(total, total, "Taking triangles")
+    return Scene.from_triangles(
+        corners, name, source, notes=notes,
+        object_ids=np.repeat(np.arange(len(objects), dtype=np.int32), counts), object_names=names,
+    )  # fmt: skip
+
+
+def _kept(objects: Sequence[Placed], progress: Progress) -> _Kept | None:
+    """Return instances; None if they are better flattened.
+
+    That is where a number is too large or none, for then triangles are dropped one by one, and
+    where no ray could hit anything, for then it is said what is wrong with the triangles.
+    """
+    uses = Counter(id(placed.mesh) for placed in objects)
+    matrices = np.array([placed.matrix[:3] for placed in objects])
+    if not np.isfinite(matrices).all():
+        return None
+    _, is_singular = inverted(matrices)
+    meshes: list[np.ndarray] = []
+    numbers: dict[int, int] = {}
+    which, places, owners = [], [], []
+    is_seen = False
+    for owner, placed in enumerate(objects):
+        progress.report(owner, len(objects), "Taking meshes")
+        mesh, key = placed.mesh, id(placed.mesh)
+        if not len(mesh.triangles):
+            continue
+        place = matrices[owner]
+        # Through a matrix that makes it flat no ray could be moved into a mesh.
+        if uses[key] == 1 or (is_singular[owner] and place[:, :3].any()):
+            world = moved(mesh.vertices, placed.matrix)[mesh.triangles].astype(np.float64)
+            if not _can_be_computed(world):
+                return None
+            if uses[key] == 1 or has_area(world):
+                is_seen = is_seen or has_area(world)
+                which.append(len(meshes))
+                places.append(np.eye(3, 4))
+                owners.append(owner)
+                meshes.append(world)
+                continue
+        if key not in numbers:
+            local = mesh.vertices[mesh.triangles].astype(np.float64)
+            if not _can_be_computed(local):
+                return None
+            numbers[key] = len(meshes)
+            meshes.append(local)
+        is_seen = is_seen or (not is_singular[owner] and has_area(meshes[numbers[key]]))
+        which.append(numbers[key])
+        places.append(place)
+        owners.append(owner)
+    if not is_seen:
+        return None
+    geometry = instanced(
+        [all_triangles(mesh) for mesh in meshes], np.array(which), np.array(places)
+    )
+    boxes = geometry.boxes
+    if not is_computable(boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)):
+        return None
+    return _Kept(geometry, np.array(owners, dtype=np.int32))
+
+
+def _can_be_computed(corners: np.ndarray) -> bool:
+    """Say whether triangles can be computed with, all of them."""
+    return is_computable(corners.min(axis=(0, 1)), corners.max(axis=(0, 1)))
