@@ -1,4 +1,4 @@
-"""Havran's 1999 tables for the SPD scene tetra (REFERENCE B3), through the command line."""
+"""Havran's 1999 tables for the SPD scenes tetra and tree, which mirror nothing: figures per ray."""
 
 import pytest
 
@@ -40,6 +40,37 @@ def test_grid_over_tetra(evaluate, n):
     assert abs(primary - 49950) <= 2
     assert abs(shadow_rays - 46262) <= 5
     assert shadow == pytest.approx(5538, rel=0.01)
+
+
+OF_TREE = {
+    "grid:resolution=52x52x3": (7.60, 7.60, 4.50, 727.62),
+    "grid:resolution=60x60x60": (56.36, 56.36, 45.36, 355.45),
+    "octree:max_depth=7,walk=march": (219.3, 32.74, 23.33, None),
+    "octree:max_depth=7,walk=neighbours": (130.1, 32.74, 23.34, None),
+    "octree:max_depth=7,walk=recursive": (65.90, None, None, None),
+}
+"""N_TS, N_ETS, N_EETS and N_IT over spheres, cones and a polygon.
+
+None where the text counts otherwise than we do: tests in octrees, and cells of the recursive walk.
+"""
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("text", OF_TREE)
+def test_steps_over_tree(evaluate, text):
+    rules = "padding=0.001,assignment=box"
+    if text.startswith("octree"):
+        rules += ",max_leaf_size=1,duplication=0"
+    (record,) = evaluate("sample:tree", "--structure", f"{text},{rules}", "--rays", HAVRAN)
+    shares = 0.03 if "neighbours" in text else 0.01, 0.015, 0.015, 0.05
+    for name, published, share in zip(
+        ("N_TS", "N_ETS", "N_EETS", "N_IT"), OF_TREE[text], shares, strict=True
+    ):
+        if published is not None:
+            assert record["trace"][name] == pytest.approx(published, rel=share), name
+    # Published: 169907 hits and 1110323 shadow rays.
+    assert abs(record["trace"]["hits_by_class"]["primary"] - 169907) <= 4
+    assert record["rays"]["classes"]["shadow"] == pytest.approx(1110323, rel=0.015)
 
 
 @pytest.mark.parametrize("text", ["bvh", "grid:resolution=35x35x35", "grid:mailbox=true"])

@@ -32,6 +32,13 @@ There the angle of view goes from the middle of the first of 512 rows of pixels 
 last one, and the 513 rays through their corners reach half a pixel further on both sides.
 """
 
+INVARIANTS = {
+    "balls": 263169, "gears": 245332, "lattice": 261170, "mount": 173685, "rings": 263169,
+    "teapot": 161546, "tetra": 49950, "tree": 169907,
+}  # fmt: skip
+"""UsedIntPrimRay of V. Havran, F. Sixta: Comparison of hierarchical grids, 1999 (the statistics
+beside their article in Ray Tracing News 12(1))."""
+
 
 def primary_hits(build, scene, camera):
     hits, _ = build("bvh", scene).trace(camera_rays(camera, 513, 513, corner=True))
@@ -44,6 +51,13 @@ def test_hits_are_those_counted_without_any_structure(build, name):
     scene = make_sample(name)
     # Rays that graze something may be decided otherwise.
     assert abs(primary_hits(build, scene, scene.camera) - COUNTED[name]) <= 3
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", INVARIANTS)
+def test_hits_are_the_invariants_of_1999(build, name):
+    scene = make_sample(name)
+    assert abs(primary_hits(build, scene, scene.camera) - INVARIANTS[name]) <= 4
 
 
 @pytest.mark.exhaustive
