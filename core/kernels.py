@@ -8,6 +8,9 @@ Rules, with their reasons:
 
 - float64, no fastmath and no contraction: they change counters and hit ids.
 - No ``parallel=True``: threads are ours (:mod:`.parallel`), Numba's would meet Blender's.
+- No slices, no sorts, and min() and max() of two: each other number of arguments is a function of
+  its own to compile, and a large kernel takes seconds more for a few of those.
+- Constants and elements are made :data:`whole`, indices in innermost loops :data:`unsigned`.
 - Numba's cache does not notice a changed callee in another file, so the cache directory's name
   carries a hash of all of core's sources and of Numba's version.
 """
@@ -41,6 +44,14 @@ arrays; scratch memory comes from the caller. The wrapper for calls from C is ne
 INNER = OPTIONS | {"no_cpython_wrapper": True}
 """For kernels that only kernels call: without the code that takes their arguments from Python,
 which for a ray's thirty numbers costs more compiling than the kernel itself."""
+
+whole = np.int64
+"""What makes a whole number one of the type that kernels have: for a plain constant, or an element
+of an array of another type, Numba would compile whatever is called with it once more."""
+
+unsigned = np.uint64
+"""What makes an index unsigned: at a signed one Numba looks whether it counts from the end, which
+takes up to a twentieth of a walk's time."""
 
 _cache_root: Path | None = None
 _cache_prepared = False

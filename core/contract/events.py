@@ -12,32 +12,31 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.instances import MOST_LEVELS
-from ..kernels import inner
+from ..kernels import inner, whole
 
-VISIT_INNER = np.int64(0)
+VISIT_INNER = whole(0)
 """An inner node is entered (popped)."""
-VISIT_LEAF = np.int64(1)
+VISIT_LEAF = whole(1)
 """A leaf or elementary cell with primitives is entered."""
-VISIT_EMPTY = np.int64(2)
+VISIT_EMPTY = whole(2)
 """An empty leaf or elementary cell is entered."""
-VOLUME_TEST = np.int64(3)
+VOLUME_TEST = whole(3)
 """A bounding volume is tested; t_enter is inf for a miss."""
-TEST = np.int64(4)
+TEST = whole(4)
 """A primitive is tested; t_enter is inf for a miss."""
-MAILBOX = np.int64(5)
+MAILBOX = whole(5)
 """A primitive is skipped: this ray has met it before."""
-HIT = np.int64(6)
+HIT = whole(6)
 """The nearest hit so far changes to this primitive."""
-POSTPONE = np.int64(7)
+POSTPONE = whole(7)
 """The nearest hit lies beyond the current cell: it is kept, not accepted yet."""
-SKIP = np.int64(8)
+SKIP = whole(8)
 """A cell on the stack is thrown away: a nearer hit was found meanwhile."""
-JUMP = np.int64(9)
+JUMP = whole(9)
 """Cells are passed in one step, or not needed any more; `primitive` is how many."""
 
-NONE = np.int64(-1)
-"""In the place of a cell or primitive: there is none. Not the plain -1, for which Numba would
-compile :func:`note` once more."""
+NONE = whole(-1)
+"""In the place of a cell or primitive: there is none."""
 
 KIND_NAMES = (
     "visit inner", "visit leaf", "visit empty", "volume test", "test", "mailbox", "hit",

@@ -28,7 +28,7 @@ from ..geometry.rays import ray_along
 from ..geometry.solids.mixed import Mixed
 from ..geometry.triangle import NO_HIT
 from ..geometry.triangles import Triangles
-from ..kernels import dispatched, implements, inner
+from ..kernels import dispatched, implements, inner, whole
 from .events import COUNTS, COUNTS_OF_LEVEL, LEVEL_NOW
 from .structure import walk
 from .workspace import part_below
@@ -138,7 +138,7 @@ def intersect_instance(geometry, index, ray, limit, number, workspace, log):
     Of what is hit within, t is moved into the interval of the instance's own box, as that of a
     triangle is into its: so no structure around loses it to rounding.
     """
-    first, mesh = geometry.first[index], np.int64(geometry.mesh[index])
+    first, mesh = geometry.first[index], whole(geometry.mesh[index])
     if mesh < 0 or (geometry.masks[index] & ray.mask) == 0:
         return NO_HIT, first
     enter, leave = span_box(geometry.boxes, index, ray, np.inf)
@@ -146,7 +146,7 @@ def intersect_instance(geometry, index, ray, limit, number, workspace, log):
         return NO_HIT, first
     reach = geometry.reaches[mesh]
     within = moved_ray(geometry.to_object[index], ray, reach)
-    tree = rooted(geometry.forest, np.int64(geometry.roots[mesh]))
+    tree = rooted(geometry.forest, whole(geometry.roots[mesh]))
     items = of_mesh(geometry.items, reach)
     column = COUNTS + COUNTS_OF_LEVEL * log.written[LEVEL_NOW]
     log.written[LEVEL_NOW] += 1

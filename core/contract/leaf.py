@@ -22,7 +22,7 @@ from ..geometry.solids import crossing as crossing
 from ..geometry.solids import extent as extent
 from ..geometry.solids.mixed import Mixed
 from ..geometry.triangles import Triangles
-from ..kernels import dispatched, implements
+from ..kernels import dispatched, implements, whole
 from .events import HIT, MAILBOX, NONE, POSTPONE, TEST, note
 from .instances import Instances
 
@@ -120,8 +120,8 @@ def test_items(
     best_t, primitive = best.t, best.primitive
     tests, mailbox_hits, postponed = best.tests, best.mailbox_hits, best.postponed
     for slot in range(first, last):
-        item = np.int64(slot if references is None else references[slot])
-        n = np.int64(geometry.ids[item])
+        item = whole(slot if references is None else references[slot])
+        n = whole(geometry.ids[item])
         if mailbox:
             if workspace.mailbox[n] == number:
                 mailbox_hits += 1

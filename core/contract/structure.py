@@ -24,7 +24,7 @@ from ..geometry.cones import ConeArrays, cones_around
 from ..geometry.instances import levels_of_mesh
 from ..geometry.rays import RayArrays, Rays, make_probe
 from ..geometry.triangles import Triangles
-from ..kernels import call, dispatched, kernel
+from ..kernels import call, dispatched, kernel, whole
 from ..memory import refuse_if_too_large
 from ..parallel import Spare, for_chunks
 from ..progress import SILENT, Progress
@@ -113,7 +113,7 @@ def lost(counters: tuple[Counter, ...]) -> Found:
     Instead of going on for ever. That is a defect, whatever the ray: :meth:`Structure.trace` raises
     an error for it.
     """
-    return Found(np.inf, np.int64(NOWHERE), (0,) * len(counters))
+    return Found(np.inf, whole(NOWHERE), (0,) * len(counters))
 
 
 def missing(counters: tuple[Counter, ...]) -> Found:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import dispatched, implements, inner
+from ..kernels import dispatched, implements, inner, whole
 from .box import Boxes
 from .combined import Intersection, Union
 from .kdop import KDOPs
@@ -245,7 +245,7 @@ def touch_triangle(geometry, index, cone):
     A plane cuts a cone in a curve. Where that does not meet the border of the triangle, the whole
     of it lies inside, and the axis with it, or outside.
     """
-    corners, primitive = geometry.corners, np.int64(geometry.ids[index])
+    corners, primitive = geometry.corners, whole(geometry.ids[index])
     low, high = cone.t_min * cone.length, cone.t_max * cone.length
     nearest, is_met, n_low, n_high = np.inf, False, 0, 0
     # Where the border crosses the two ends.

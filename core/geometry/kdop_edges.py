@@ -35,8 +35,6 @@ PARALLEL = 1e-9
 class Edges(NamedTuple):
     """The edges that k-DOPs of some directions may have. Half-spaces 2 s and 2 s + 1 bound strip s.
 
-    Indices are unsigned, for which Numba omits the look at negative ones.
-
     Attributes
     ----------
     faces : (m, 2) uint64

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..kernels import dispatched, implements, inlined, inner
+from ..kernels import dispatched, implements, inlined, inner, unsigned
 from .instances import EVERY_OBJECT
 
 CLOSEST = 0
@@ -216,8 +216,7 @@ class Ray(NamedTuple):
     """One ray inside kernels, with everything precomputed that does not change along it.
 
     ``low_*`` and ``high_*`` are the origin moved by the slack, for the low and the high plane of a
-    slab. ``kx, ky, kz``, ``shear_*`` and the permuted origin ``ok*`` serve the triangle test; the
-    former are unsigned, for which Numba omits the look at negative indices.
+    slab. ``kx, ky, kz``, ``shear_*`` and the permuted origin ``ok*`` serve the triangle test.
     """
 
     ox: float
@@ -295,13 +294,13 @@ def ray_along(ox, oy, oz, dx, dy, dz, ix, iy, iz, reach, t_min, t_max, query, ti
     slack_y = ULPS * (abs(oy) + reach[1])
     slack_z = ULPS * (abs(oz) + reach[2])
     # The triangle test looks along the axis of the largest component of d.
-    kx, ky, kz = np.uint64(1), np.uint64(2), np.uint64(0)
+    kx, ky, kz = unsigned(1), unsigned(2), unsigned(0)
     okx, oky, okz, dkx, dky, dkz = oy, oz, ox, dy, dz, dx
     if abs(dy) > abs(dkz):
-        kx, ky, kz = np.uint64(2), np.uint64(0), np.uint64(1)
+        kx, ky, kz = unsigned(2), unsigned(0), unsigned(1)
         okx, oky, okz, dkx, dky, dkz = oz, ox, oy, dz, dx, dy
     if abs(dz) > abs(dkz):
-        kx, ky, kz = np.uint64(0), np.uint64(1), np.uint64(2)
+        kx, ky, kz = unsigned(0), unsigned(1), unsigned(2)
         okx, oky, okz, dkx, dky, dkz = ox, oy, oz, dx, dy, dz
     return Ray(
         ox, oy, oz, dx, dy, dz, ix, iy, iz,

@@ -23,12 +23,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernels import implements, inner
+from ..kernels import implements, inner, whole
 from ..progress import SILENT, Progress
 from .polygons import Polygons, of_equal_size
 from .volume import EPS, MISS, fit, outside, prepare, slack_of, span
 
-NOBODY = np.int64(-1)
+NOBODY = whole(-1)
 
 MOST_STEPS = 100
 """Of the search for the smallest sphere; ten are many."""
@@ -214,7 +214,7 @@ def chosen(old, mask):
 @inner
 def fit_smallest(corners, first, last, row):
     """Write the centre of the smallest sphere."""
-    start = np.int64(3 * first)
+    start = whole(3 * first)
     row[0], row[1], row[2] = corners[first, 0, 0], corners[first, 0, 1], corners[first, 0, 2]
     support, radius2 = (start, NOBODY, NOBODY, NOBODY), 0.0
     longest = distance2(corners, farthest(corners, first, last, row[0], row[1], row[2]),
@@ -222,7 +222,7 @@ def fit_smallest(corners, first, last, row):
     scale = math.ldexp(1.0, -math.frexp(longest)[1])  # a power of two: nothing is rounded by it
     for _ in range(MOST_STEPS):
         x, y, z = row[0], row[1], row[2]
-        new = np.int64(farthest(corners, first, last, x, y, z))
+        new = whole(farthest(corners, first, last, x, y, z))
         if distance2(corners, new, x, y, z) <= radius2 * (1.0 + TOLERANCE):
             break
         mask, grown = smallest_of_five(corners, new, support, row, scale)

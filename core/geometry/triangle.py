@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import implements, inlined, inner
+from ..kernels import implements, inlined, inner, whole
 from .clip import clip, fit
 from .geometry import clip_box, intersect, intervals, overlaps, support
 from .triangles import Triangles
@@ -42,7 +42,7 @@ SMALL, LARGER = 1e-30, 2.0**330
 def intersect_one(geometry, index, ray, limit, number, workspace, log):
     """Return t of one of the triangles, and its id."""
     t = intersect_triangle(geometry.corners, index, ray, geometry.reach)
-    return t, np.int64(geometry.ids[index])
+    return t, whole(geometry.ids[index])
 
 
 @inlined
@@ -194,7 +194,6 @@ def clamp_to_own_box(corners, index, ray, t):
     enter, leave = ray.t_min, np.inf
     for axis in range(3):
         p, q, r = corners[index, 0, axis], corners[index, 1, axis], corners[index, 2, axis]
-        # Not min() and max(): Numba compiles a function for each number of arguments.
         low, high = (q, p) if q < p else (p, q)
         low, high = r if r < low else low, r if r > high else high
         if axis == 0:

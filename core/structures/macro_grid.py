@@ -44,7 +44,7 @@ from ..contract.leaf import NOTHING
 from ..contract.statistics import Statistics
 from ..contract.structure import Found, lost, walk
 from ..geometry.box import MISS, enter_box
-from ..kernels import call, implements, inlined, inner, kernel
+from ..kernels import call, implements, inlined, inner, kernel, whole
 from ..parallel import for_chunks
 from ..progress import SILENT, Progress
 from ..scene import Scene
@@ -157,13 +157,13 @@ def propagate_distances(distances, resolution, neighbours, order, first, last):
         for column in range(nz):
             k = column if order[2] > 0 else nz - 1 - column
             cell = (i * ny + j) * nz + k
-            nearest = np.int64(distances[cell])
+            nearest = whole(distances[cell])
             for n in range(neighbours.shape[0]):
                 if nearest <= 1:
                     break
                 a, b, c = i + neighbours[n, 0], j + neighbours[n, 1], k + neighbours[n, 2]
                 if 0 <= a < nx and 0 <= b < ny and 0 <= c < nz:
-                    nearest = min(nearest, np.int64(distances[(a * ny + b) * nz + c]) + 1)
+                    nearest = min(nearest, whole(distances[(a * ny + b) * nz + c]) + 1)
             distances[cell] = nearest
 
 
@@ -304,7 +304,7 @@ def walk_macro_grid(structure, geometry, ray, number, workspace, log):
     most = structure.resolution.sum()
     while visited < most:
         cell = (place.i * ny + place.j) * nz + place.k
-        distance = np.int64(structure.distances[octant, cell])
+        distance = whole(structure.distances[octant, cell])
         visited += 1
         if distance == 0:
             t_exit = min(place.wall_x, place.wall_y, place.wall_z)

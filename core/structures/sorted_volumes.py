@@ -34,7 +34,7 @@ from ..geometry.geometry import hulls_of
 from ..geometry.kinds import COMBINED, KINDS
 from ..geometry.rays import ALL, ANY
 from ..geometry.volume import MISS, enter, prepare
-from ..kernels import implements, inner
+from ..kernels import implements, inner, whole
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
@@ -132,7 +132,7 @@ def walk_sorted(structure, geometry, ray, number, workspace, log):
             put(cells, enters, waiting, i, t)
             waiting += 1
     while waiting > 0 and enters[0] <= limit and not (ray.query == ANY and best.primitive >= 0):
-        cell = np.int64(cells[0])
+        cell = whole(cells[0])
         objects += 1
         note(log, VISIT_LEAF, cell, NONE, enters[0], limit)
         best = test_leaf(
@@ -144,7 +144,7 @@ def walk_sorted(structure, geometry, ray, number, workspace, log):
         remove_first(cells, enters, waiting)
         waiting -= 1
     for i in range(waiting):
-        note(log, SKIP, np.int64(cells[i]), NONE, enters[i], limit)
+        note(log, SKIP, whole(cells[i]), NONE, enters[i], limit)
     if waiting > 0:
         note(log, JUMP, NONE, waiting, limit, limit)
 

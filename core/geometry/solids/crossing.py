@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kernels import implements, inner
+from ...kernels import implements, inner, whole
 from ..box import span_box
 from ..geometry import intersect, intervals
 from ..triangle import NO_HIT
@@ -25,7 +25,7 @@ from .unit_space import BEYOND, NOWHERE, to_unit_space
 @implements(intersect, Mixed)
 def intersect_mixed(geometry, index, ray, limit, number, workspace, log):
     """Return t of one of the items, and its id."""
-    primitive = np.int64(geometry.ids[index])
+    primitive = whole(geometry.ids[index])
     # Most items of a leaf are missed by far, and their boxes are quicker to look at.
     enter, leave = span_box(geometry.boxes, index, ray, np.inf)
     if enter > leave or enter > limit:

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ...kernels import implements, inner
+from ...kernels import implements, inner, unsigned, whole
 from ..clip import ROUNDING, clip, fit
 from ..geometry import clip_box, overlaps, support
 from ..triangle import NO_HIT, overlaps_box
@@ -37,7 +37,7 @@ from .polygon import cross_polygon
 def support_mixed(geometry, index, x, y, z):
     """Take the farthest corner; in unit space, where the direction has other components."""
     kind, rows, points = geometry.kinds[index], geometry.rows, geometry.points
-    first = np.int64(geometry.first[index])
+    first = whole(geometry.first[index])
     if kind <= MOVING_TRIANGLE:
         corner, far = 0, -np.inf
         for k in range(6):
@@ -156,13 +156,13 @@ def clip_mixed(geometry, index, cell, box, polygon):
     elif kind == POLYGON:
         for axis in range(3):
             polygon[0, axis], polygon[1, axis] = np.inf, -np.inf
-        first, count = np.int64(geometry.first[index]), np.int64(geometry.size[index])
+        first, count = whole(geometry.first[index]), whole(geometry.size[index])
         bound_edges(geometry.points, first, count, cell, polygon)
         bound_inside(geometry.points, first, count, cell, polygon)
         if polygon[0, 0] <= polygon[1, 0]:
             fit(box, polygon, 0, 2)
     elif kind in (SPHERE, DISC):
-        first = np.int64(geometry.first[index])
+        first = whole(geometry.first[index])
         bound_ellipsoid(geometry.rows, index, geometry.points, first, cell, box)
 
 
@@ -199,16 +199,16 @@ def bound_edges(points, first, count, cell, bounds):
 def bound_inside(points, first, count, cell, bounds):
     """Enlarge bounds so that they hold where the edges of a cell go through a polygon."""
     for axis in range(3):
-        u, v = np.uint64((axis + 1) % 3), np.uint64((axis + 2) % 3)
+        u, v = unsigned((axis + 1) % 3), unsigned((axis + 2) % 3)
         reach = max(abs(cell[axis]), abs(cell[3 + axis]))
         for corner in range(4):
-            x, y = cell[u + np.uint64(3 * (corner % 2))], cell[v + np.uint64(3 * (corner // 2))]
-            z = cross_polygon(points, first, count, u, v, np.uint64(axis), x, y, 0.0, 0.0, 0.0)
+            x, y = cell[u + unsigned(3 * (corner % 2))], cell[v + unsigned(3 * (corner // 2))]
+            z = cross_polygon(points, first, count, u, v, unsigned(axis), x, y, 0.0, 0.0, 0.0)
             slack = ROUNDING * max(reach, abs(z)) if z < NO_HIT else 0.0
             if cell[axis] - slack <= z <= cell[3 + axis] + slack:
                 include(bounds, u, x)
                 include(bounds, v, y)
-                include(bounds, np.uint64(axis), z)
+                include(bounds, unsigned(axis), z)
 
 
 @inner

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...contract.cells import Polygons
 from ...geometry.length import polygon_area
-from ...kernels import call, inner, kernel
+from ...kernels import call, inner, kernel, whole
 from ...ranges import ranges
 from .grown import Grown
 from .polyhedron import Polyhedra, clip, make_polyhedra, measure
@@ -156,7 +156,7 @@ def add_cut_areas(tree, nodes, corners, shell, lists, path, areas):
         while node > 0:
             path[height] = node
             height += 1
-            node = np.int64(tree.parent[node])
+            node = whole(tree.parent[node])
         for entry in range(tree.offsets[leaf], tree.offsets[leaf + 1]):
             triangle = tree.references[entry]
             lists.triangle[0], lists.start[0], lists.size[0] = triangle, 0, 3
@@ -164,7 +164,7 @@ def add_cut_areas(tree, nodes, corners, shell, lists, path, areas):
             for i in range(3):
                 for axis in range(3):
                     lists.points[i, axis] = corners[triangle, i, axis]
-            reference, kept = np.int64(0), np.int64(1)
+            reference, kept = whole(0), whole(1)
             for i in range(height - 1, -1, -1):
                 above = tree.parent[path[i]]
                 sign = -1.0 if tree.link[above] == path[i] else 1.0

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import inner, kernel
+from ...kernels import inner, kernel, whole
 from ..subdivision.frontier import DEPTH_FIRST, Frontier, drop, is_empty, peek, put
 from ..subdivision.subtrees import ASIDE, DONE, PAUSED, SMALL
 from .planes import SAMPLE, choose_plane
@@ -29,11 +29,10 @@ NEEDS_NODES, NEEDS_REFERENCES, NEEDS_POINTS, NEEDS_LISTED = range(3, 7)
 WAITING = 0
 """Link of a node that waits: no node has the root as its child."""
 
-ROWS = np.int64(0), np.int64(1), np.int64(2)
-"""Rows for the polyhedra of the root and of the latest cells, where they are cut out of the root.
-The plain numbers would be types of their own for Numba, and callees compiled for each."""
+ROWS = whole(0), whole(1), whole(2)
+"""Rows for the polyhedra of the root and of the latest cells, where these are cut out of it."""
 
-NO_ROW = np.int64(-1)
+NO_ROW = whole(-1)
 
 REFERENCES, POINTS, LISTED = range(3)
 """Places in `Lists.used`."""
@@ -115,7 +114,7 @@ def cut_cells(rule, limits, tree, lists, room, scratch, corners, shell, work):
     while not is_empty(frontier):
         if work <= 0:
             return PAUSED
-        node = np.int64(peek(frontier))
+        node = whole(peek(frontier))
         begin, n, depth = nodes[node, BEGIN], nodes[node, COUNT], nodes[node, DEPTH]
         n_points = 0
         if n > 0:

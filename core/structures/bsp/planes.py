@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import dispatched, implements, inner
+from ...kernels import dispatched, implements, inner, whole
 from .polyhedron import measure_heights, side_areas
 from .references import count_sides, project
 
@@ -48,7 +48,7 @@ ATTEMPTS = 256
 PRIME = 2654435761
 """Steps of so many, modulo n, come to each of n triangles once, in a scattered order."""
 
-EDGES, OWN = 3, np.int64(3)
+EDGES, OWN = 3, whole(3)
 """Planes of a triangle: through its edges 0, 1, 2, and its own."""
 
 
@@ -306,7 +306,7 @@ def choose_by_cuts(rule, lists, begin, n, room, row, area, scratch, corners, she
     best = np.inf
     n_tried = 0
     # Pseudo-random, but the same whenever the turn of this cell comes.
-    salt = np.int64(lists.triangle[begin]) + 61 * n
+    salt = whole(lists.triangle[begin]) + 61 * n
     for i in range(min(n, ATTEMPTS)):
         if n_tried == rule.candidates:
             break

@@ -23,7 +23,7 @@ import numpy as np
 
 from ...contract.events import NONE, VISIT_INNER, VOLUME_TEST, note
 from ...contract.structure import walk
-from ...kernels import implements, inner
+from ...kernels import implements, inner, whole
 from ..subdivision.tree import (
     ROOT,
     enter_root,
@@ -94,7 +94,7 @@ def meet_plane(tree, node, frame):
 def bsp_expand(tree, node, workspace, span, height):
     """Near child only, far child only, or the near one now and the far one later."""
     early, late, side = meet_plane(tree, node, workspace.frame)
-    left = np.int64(tree.link[node])
+    left = whole(tree.link[node])
     near, far = left + side, left + 1 - side
     if not meets_far(span, early):
         return near, near_part(span, early, late), height
@@ -147,7 +147,7 @@ def find_leaf(tree, frame, log, entry, leave):
         With the early and late t of leaving the root.
     """
     node, depth = ROOT, 0
-    exit_t, exit_late, exit_node, second = leave.exit, leave.late, np.int64(-1), np.inf
+    exit_t, exit_late, exit_node, second = leave.exit, leave.late, whole(-1), np.inf
     is_clear = entry.is_clear
     while leaf_index(tree, node) < 0:
         note(log, VISIT_INNER, node, NONE, entry.t, leave.exit)
@@ -163,7 +163,7 @@ def find_leaf(tree, frame, log, entry, leave):
                 exit_t, exit_late, exit_node, second = early, late, node, exit_t
             elif early < second:
                 second = early
-        node = np.int64(tree.link[node]) + side
+        node = whole(tree.link[node]) + side
         depth += 1
     is_clear = is_clear and second > exit_late and exit_t > entry.late
     return node, Passage(exit_t, exit_late, exit_node, is_clear), depth
@@ -177,7 +177,7 @@ def walk_march(structure, geometry, ray, number, workspace, log):
     root, enter_late, _ = enter_root(tree.box, ray, workspace.frame)
     note(log, VOLUME_TEST, NONE, NONE, root.enter, root.enter)
     visited, inner_nodes = NOWHERE_YET, 0
-    entry = Passage(root.enter, enter_late, np.int64(-1), True)
+    entry = Passage(root.enter, enter_late, whole(-1), True)
     searching = root.enter < np.inf
     n_leaves = len(tree.offsets) - 1
     while searching:

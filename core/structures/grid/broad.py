@@ -10,13 +10,11 @@ broad ray reaches into. From ten million sides away these are hardly more than o
 
 from __future__ import annotations
 
-import numpy as np
-
 from ...contract.events import VISIT_EMPTY, VISIT_LEAF, note
 from ...contract.leaf import EVERYWHERE, NOTHING
 from ...geometry.cones import Cone
 from ...geometry.rays import Ray
-from ...kernels import dispatched, implements, inner
+from ...kernels import dispatched, implements, inner, whole
 from .cells import cell_at, list_of, most_missing, note_if_missing
 from .dda import FOREVER, end_of_walk, test_cell
 
@@ -84,7 +82,7 @@ def walk_broad(grid, geometry, ray, number, workspace, log, t_enter):
     """
     best, visited, empty, lacking = NOTHING, 0, 0, 0
     ny, nz = grid.resolution[1], grid.resolution[2]
-    axis = np.int64(ray.kz)
+    axis = whole(ray.kz)
     u, v = (axis + 1) % 3, (axis + 2) % 3
     stride, stride_u, stride_v = stride_of(axis, ny, nz), stride_of(u, ny, nz), stride_of(v, ny, nz)
     o, d, slack, inverse = along_axis(ray, axis)
@@ -169,4 +167,4 @@ def stride_of(axis, ny, nz):
     """Return by how much the numbers of neighbouring cells differ along an axis."""
     if axis == 0:
         return ny * nz
-    return nz if axis == 1 else np.int64(1)
+    return nz if axis == 1 else whole(1)

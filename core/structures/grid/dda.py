@@ -33,10 +33,10 @@ from ...contract.counters import (
 from ...contract.leaf import test_leaf
 from ...contract.structure import Found
 from ...geometry.rays import ALL, ANY
-from ...kernels import inlined, inner
+from ...kernels import inlined, inner, whole
 from .cells import cell_at
 
-X, Y, Z = np.int64(0), np.int64(1), np.int64(2)
+X, Y, Z = whole(0), whole(1), whole(2)
 """The axes; of one type, so that what takes an axis is compiled once."""
 
 NOT_YET, ALREADY = np.bool_(False), np.bool_(True)

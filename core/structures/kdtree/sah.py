@@ -33,13 +33,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import implements, inlined, inner
+from ...kernels import implements, inlined, inner, unsigned, whole
 from ..subdivision.frontier import Frontier
 from .builder import ABOVE, BELOW, BOTH, choose_plane, classify, divide_lists
 from .work import AXIS, BEGIN, END, EVENTS, FIRST, LEAF, PLANAR, SIZE, START, Limits, Work, start
 
-ONE, TWO = np.uint64(1), np.uint64(2)
-"""Unsigned, since Numba looks at every signed index whether it is negative."""
+ONE, TWO = unsigned(1), unsigned(2)
 
 
 class SweepPlanes(NamedTuple):
@@ -87,7 +86,7 @@ def sweep(planes, positions, codes, first, count, n, low, high, across, around, 
     """
     best_position, best_below = np.nan, True
     n_below, n_above = 0, n
-    i, last = np.uint64(first), np.uint64(first + count)
+    i, last = unsigned(first), unsigned(first + count)
     while i < last:
         here = positions[i]
         ends, planar, starts = 0, 0, 0
@@ -146,10 +145,10 @@ def classify_events(planes, work, node, axis, position, planar_below, scratch):
     row, positions, codes, side = work.nodes[node], work.positions, work.codes, work.side
     n_below, n_both = 0, 0
     begin = row[BEGIN] + 2 * row[SIZE] * axis
-    i, last = np.uint64(begin), np.uint64(begin + row[EVENTS + axis])
+    i, last = unsigned(begin), unsigned(begin + row[EVENTS + axis])
     while i < last:
         code, here = codes[i], positions[i]
-        kind, reference = code & 3, np.uint64(code) >> TWO
+        kind, reference = code & 3, unsigned(code) >> TWO
         i += ONE
         if kind == END:
             # What starts below and has not ended at the plane is on both sides.
@@ -183,17 +182,17 @@ def divide_events(positions, codes, first, count, side, below, above):
     -------
     n_below, n_above : int
     """
-    i, last = np.uint64(first), np.uint64(first + count)
-    to_below, to_above = np.uint64(below), np.uint64(above)
+    i, last = unsigned(first), unsigned(first + count)
+    to_below, to_above = unsigned(below), unsigned(above)
     while i < last:
         code, position = codes[i], positions[i]
-        where = side[np.uint64(code) >> TWO]
+        where = side[unsigned(code) >> TWO]
         positions[to_below], codes[to_below] = position, code
         positions[to_above], codes[to_above] = position, code
-        to_below += np.uint64(where == BELOW)
-        to_above += np.uint64(where == ABOVE)
+        to_below += unsigned(where == BELOW)
+        to_above += unsigned(where == ABOVE)
         i += ONE
-    return np.int64(to_below) - below, np.int64(to_above) - above
+    return whole(to_below) - below, whole(to_above) - above
 
 
 @inner

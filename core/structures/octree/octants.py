@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from ...kernels import implements
+from ...kernels import implements, whole
 from ..subdivision.tree import (
     child,
     expand,
@@ -21,8 +19,8 @@ from ..subdivision.tree import (
 )
 from .storage import OCTREES
 
-X, Y, Z = np.int64(0), np.int64(1), np.int64(2)
-"""The axes. Not the plain numbers, for each of which Numba would compile callees once more."""
+X, Y, Z = whole(0), whole(1), whole(2)
+"""The axes."""
 
 
 def leaf_index_of_octree(tree, node):

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
-from ...kernels import implements, inlined
+from ...kernels import implements, inlined, whole
 from ...memory import refuse_if_too_large
 from ..subdivision.tree import child
 
@@ -82,7 +82,7 @@ class PointerOctree(NamedTuple):
 @implements(child, PointerOctree)
 def child_by_pointer(tree, node, side):
     """Follow a pointer."""
-    return np.int64(tree.children[node, side])
+    return whole(tree.children[node, side])
 
 
 def store_pointers(tree: BuiltTree) -> PointerOctree:
@@ -115,7 +115,7 @@ class ImplicitOctree(NamedTuple):
 @implements(child, ImplicitOctree)
 def child_by_place(tree, node, side):
     """Compute the child's place."""
-    return np.int64(tree.numbers[8 * tree.places[node] + 1 + side])
+    return whole(tree.numbers[8 * tree.places[node] + 1 + side])
 
 
 def store_implicit(tree: BuiltTree) -> ImplicitOctree:
@@ -184,7 +184,7 @@ def search(codes, first, last, code):
 @implements(child, LinearOctree)
 def child_by_code(tree, node, side):
     """Search for the child's code among the leaves, then among the inner nodes of its level."""
-    level = np.int64(tree.inner_levels[node]) + 1
+    level = whole(tree.inner_levels[node]) + 1
     code = tree.inner_codes[node] + (side << (3 * (tree.depth - level)))
     place = search(tree.codes, 0, len(tree.codes), code)
     if tree.codes[place] == code and tree.levels[place] == level:
@@ -240,9 +240,9 @@ class HashOctree(NamedTuple):
 def child_by_name(tree, node, side):
     """Look the child's name up."""
     name = 10 * tree.names[node] + 1 + side
-    found = np.int64(tree.heads[name % len(tree.heads)])
+    found = whole(tree.heads[name % len(tree.heads)])
     while tree.names[found] != name:
-        found = np.int64(tree.nexts[found])
+        found = whole(tree.nexts[found])
     return found
 
 

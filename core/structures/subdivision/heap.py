@@ -12,7 +12,7 @@ import numpy as np
 
 from ...contract.events import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
 from ...contract.structure import walk
-from ...kernels import implements, inlined, inner
+from ...kernels import implements, inlined, inner, whole
 from .tree import EMPTY, NODE, ROOT, Span, enter_root, expand, leaf_index, push
 from .walks import NOWHERE_YET, Heap, found, limit_of, visit_leaf
 
@@ -75,14 +75,14 @@ def walk_heap(structure, geometry, ray, number, workspace, log):
     tree, heap = structure.tree, workspace.rows
     span, _, _ = enter_root(tree.box, ray, workspace.frame)
     note(log, VOLUME_TEST, NONE, NONE, span.enter, span.enter)
-    visited, inner, size, age = NOWHERE_YET, 0, EMPTY, np.int64(0)
+    visited, inner, size, age = NOWHERE_YET, 0, EMPTY, whole(0)
     limit = ray.t_max
     if span.enter < np.inf:
         push(workspace, EMPTY, ROOT, span)
         queue(workspace, EMPTY, EMPTY, 0.0, np.inf, age)
         size = 1
     while size > 0:
-        node, span = np.int64(heap[0, NODE]), Span(heap[0, ENTER], heap[0, EXIT], heap[0, LATE])
+        node, span = whole(heap[0, NODE]), Span(heap[0, ENTER], heap[0, EXIT], heap[0, LATE])
         floor, ceiling = heap[0, KEY], heap[0, CEILING]
         size -= 1
         swap(heap, 0, size)

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...contract.events import NONE, VISIT_INNER, VOLUME_TEST, note
 from ...contract.structure import walk
-from ...kernels import dispatched, implements, inlined, inner
+from ...kernels import dispatched, implements, inlined, inner, whole
 from .tree import NODE, ROOT, TOP, child, enter_root, leaf_index, near_side, plane_times, planes
 from .walks import (
     LOST,
@@ -140,19 +140,19 @@ def up_to_common_ancestor(structure, workspace, index, depth, gate, log):
     steps = 0
     while depth > TOP:
         depth -= 1
-        node = np.int64(workspace.rows[depth, NODE])
+        node = whole(workspace.rows[depth, NODE])
         if planes(structure.tree, node)[gate.axis] == gate.plane:
             return node, depth, steps
         steps += 1
         note(log, VISIT_INNER, node, NONE, gate.t, gate.t)
-    return np.int64(NONE), TOP, steps
+    return whole(NONE), TOP, steps
 
 
 @implements(next_node, Ropes)
 def along_the_rope(structure, workspace, index, depth, gate, log):
     """Follow the link behind the gate's face."""
     far = 1 - near_side(workspace.frame, gate.axis)
-    return np.int64(structure.ropes[index, 3 * far + gate.axis]), TOP, 0
+    return whole(structure.ropes[index, 3 * far + gate.axis]), TOP, 0
 
 
 # ---------------------------------------------------------------------------------- the walk

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...contract.events import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
 from ...contract.structure import walk
-from ...kernels import implements
+from ...kernels import implements, whole
 from .tree import EMPTY, NODE, ROOT, ROWS, enter_root, expand, leaf_index, pop, push
 from .walks import NOWHERE_YET, Segments, found, limit_of, visit_leaf
 
@@ -49,7 +49,7 @@ def walk_segments(structure, geometry, ray, number, workspace, log):
         # Processing: the list is all that is needed now.
         for i in range(count):
             enter, leave = segments[i, ENTER], segments[i, EXIT]
-            leaf = np.int64(segments[i, NODE])
+            leaf = whole(segments[i, NODE])
             if enter > limit:
                 note(log, SKIP, leaf, NONE, enter, leave)
                 continue

@@ -38,7 +38,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...kernels import dispatched, inlined, inner
+from ...kernels import dispatched, inlined, inner, whole
 
 STACK = 512
 """Nodes a walk can put aside: seven per level of an octree, and no tree is deeper than 60."""
@@ -46,13 +46,13 @@ STACK = 512
 ROWS = 1024
 """What a walk can keep beside the stack; as many segments of a ray are collected at a time."""
 
-ROOT = np.int64(0)
-"""Number of the root. Not the plain 0, for which Numba would compile callees once more."""
+ROOT = whole(0)
+"""Number of the root."""
 
-TOP = np.int64(0)
+TOP = whole(0)
 """Depth of the root."""
 
-EMPTY: Any = np.int64(0)
+EMPTY: Any = whole(0)
 """Height of the stack with nothing on it."""
 
 NODE = 6
@@ -183,7 +183,7 @@ def pop(workspace, height):
     """Return the node at a place of the stack, and its span."""
     stack = workspace.stack
     span = Span(stack[height, 1], stack[height, 2], stack[height, 3])
-    return np.int64(stack[height, 0]), span
+    return whole(stack[height, 0]), span
 
 
 @inner

@@ -19,7 +19,7 @@ from ....contract.structure import CostSettings
 from ....contract.workspace import MAXIMUM_DEPTH
 from ....geometry.box import area_of
 from ....geometry.box_shape import surface_area
-from ....kernels import call, inner, kernel
+from ....kernels import call, inner, kernel, whole
 from ....settings import setting
 from .tree import LinkedTree, Tree, root_of
 
@@ -157,7 +157,7 @@ def emit(tree, root, is_leaf, out, order, stack):
     """Write the tree with its leaves, depth-first, siblings together; return its nodes."""
     stack[0, 0], stack[0, 1] = root, 0
     height, taken = 1, 1
-    done = np.int64(0)  # for a plain 0 Numba would compile emit_leaf once more
+    done = whole(0)
     while height > 0:
         height -= 1
         old, new = stack[height, 0], stack[height, 1]

@@ -16,7 +16,7 @@ from ....contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ....contract.structure import Found, walk
 from ....geometry.rays import ALL, ANY
 from ....geometry.volume import MISS, enter, prepare
-from ....kernels import implements
+from ....kernels import implements, unsigned
 
 
 class Binary(NamedTuple):
@@ -40,7 +40,7 @@ class Binary(NamedTuple):
     root: int = 0
 
 
-ONE = np.uint64(1)
+ONE = unsigned(1)
 
 
 @implements(rooted, Binary)
@@ -51,10 +51,7 @@ def tree_of_forest(forest, root):
 
 @implements(walk, Binary)
 def walk_binary(structure, geometry, ray, number, workspace, log):
-    """Front-to-back traversal with a stack.
-
-    Node numbers are unsigned: Numba then leaves out the look at negative indices, 5% of the time.
-    """
+    """Front-to-back traversal with a stack."""
     volumes, firsts, sizes = structure.volumes, structure.first, structure.size
     cells, enters, strips = workspace.cells, workspace.enters, workspace.frame
     best = NOTHING
@@ -62,7 +59,7 @@ def walk_binary(structure, geometry, ray, number, workspace, log):
     nodes_visited, leaves_visited, volume_tests = 0, 0, 1
 
     prepare(volumes, ray, strips)
-    node, height = np.uint64(structure.root), 0
+    node, height = unsigned(structure.root), 0
     t = enter(volumes, node, ray, strips, limit)
     note(log, VOLUME_TEST, node, NONE, t, t)
     searching = t != MISS
@@ -71,7 +68,7 @@ def walk_binary(structure, geometry, ray, number, workspace, log):
         size = sizes[node]
         if size == 0:
             note(log, VISIT_INNER, node, NONE, t, limit)
-            near = np.uint64(firsts[node])
+            near = unsigned(firsts[node])
             far = near + ONE
             near_t = enter(volumes, near, ray, strips, limit)
             far_t = enter(volumes, far, ray, strips, limit)
@@ -101,7 +98,7 @@ def walk_binary(structure, geometry, ray, number, workspace, log):
         searching = False
         while height > 0 and not searching:
             height -= 1
-            node, t = np.uint64(cells[height]), enters[height]
+            node, t = unsigned(cells[height]), enters[height]
             searching = t <= limit
             if not searching:
                 note(log, SKIP, node, NONE, t, limit)

@@ -16,14 +16,14 @@ from ....contract.structure import Found, walk
 from ....contract.workspace import MAXIMUM_DEPTH
 from ....geometry.rays import ALL, ANY
 from ....geometry.volume import MISS, enter, prepare
-from ....kernels import implements
+from ....kernels import implements, unsigned
 from ..topology.wide import WIDEST
 from .binary_walk import ONE
 
 WIDE_STACK_SIZE = (WIDEST - 1) * MAXIMUM_DEPTH + WIDEST
 """Nodes that wait: at every level all children but the one that is visited."""
 
-ROOT = np.uint64(0)
+ROOT = unsigned(0)
 
 
 class Wide(NamedTuple):
@@ -66,7 +66,7 @@ def walk_wide(structure, geometry, ray, number, workspace, log):
     height = 0 if t == MISS else 1
     while height > 0:
         height -= 1
-        node, t = np.uint64(cells[height]), enters[height]
+        node, t = unsigned(cells[height]), enters[height]
         if t > limit:
             # Put aside, and a nearer hit has made it useless meanwhile.
             note(log, SKIP, node, NONE, t, limit)
@@ -74,8 +74,8 @@ def walk_wide(structure, geometry, ray, number, workspace, log):
         nodes_visited += 1
         if sizes[node] == 0:
             note(log, VISIT_INNER, node, NONE, t, limit)
-            child = np.uint64(firsts[node])
-            end = child + np.uint64(structure.width[node])
+            child = unsigned(firsts[node])
+            end = child + unsigned(structure.width[node])
             volume_tests += structure.width[node]
             bottom = height
             while child < end:

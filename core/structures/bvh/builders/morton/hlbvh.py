@@ -21,7 +21,7 @@ from .....contract.build_log import BuildLog
 from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....geometry.box import area_of, clear, include
 from .....geometry.box_shape import surface_area
-from .....kernels import call, inner, kernel
+from .....kernels import call, inner, kernel, whole
 from .....parallel import Team
 from .....progress import Progress
 from .....ranges import ranges
@@ -130,7 +130,7 @@ def build_top(top, boxes, number, deepest, bins, splits, stack):
     while height > 0:
         height -= 1
         node, depth, cost = stack[height, 0], stack[height, 1], np.nan
-        first = np.int64(top.begin[node])
+        first = whole(top.begin[node])
         last = first + top.size[node]
         if last - first == 1:
             continue

@@ -21,7 +21,7 @@ import numpy as np
 from .....contract.build_log import BuildLog
 from .....contract.workspace import STACK_SIZE
 from .....geometry.box import area_of
-from .....kernels import call, inner, kernel
+from .....kernels import call, inner, kernel, whole
 from .....parallel import Team
 from .....progress import Progress
 from ...topology.build_log import log_of_splits
@@ -130,7 +130,7 @@ def cut_all(tree, codes, stack):
         height -= 1
         node = stack[height, 0]
         if tree.size[node] > 1:
-            begin = np.int64(tree.begin[node])
+            begin = whole(tree.begin[node])
             end = begin + tree.size[node]
             middle = find_cut(codes, begin, end)
             tree.first[node] = child

@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .....kernels import inner
+from .....kernels import inner, whole
 
-LEFT, RIGHT, BOTH = np.int64(0), np.int64(1), np.int64(2)
+LEFT, RIGHT, BOTH = whole(0), whole(1), whole(2)
 """Where a reference goes, and rows of `Bins.parts`: of the reference that is being chopped."""
 
 

@@ -32,7 +32,7 @@ from .....geometry.box_shape import surface_area
 from .....geometry.instances import is_of_triangles
 from .....geometry.rays import ULPS
 from .....geometry.triangles import Triangles
-from .....kernels import call, inner, kernel
+from .....kernels import call, inner, kernel, whole
 from .....parallel import core_count
 from .....progress import Progress
 from .....ranges import ranges
@@ -236,7 +236,7 @@ def build_subtree(
             tree, references, node, first, count, room, depth, rule, scratch
         )
         if n_left > 0:
-            left = np.int64(tree.first[node])
+            left = whole(tree.first[node])
             push(stack, height, left + 1, first + left_room, n_right, room - left_room, depth + 1)
             push(stack, height + 1, left, first, n_left, left_room, depth + 1)
             height += 2

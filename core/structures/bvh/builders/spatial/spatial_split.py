@@ -15,18 +15,18 @@ from typing import NamedTuple
 import numpy as np
 
 from .....geometry.box import area_of
-from .....kernels import inner
+from .....kernels import inner, whole
 from ..top_down.recursion import axis_at
 from .chop import BOTH, LEFT, RIGHT, chop, clear, copy, enlarge, is_empty, restrict
 
-SPATIAL, OBJECT = np.int64(0), np.int64(1)
+SPATIAL, OBJECT = whole(0), whole(1)
 """Kinds of splits, and which row of a node's bounds has the box that is cut into bins: that around
 the references, or that around their centroids (:func:`..top_down.recursion.enclose_boxes`)."""
 
-REST, TRIAL = np.int64(2), np.int64(3)
+REST, TRIAL = whole(2), whole(3)
 """Rows of `Bins.parts`: what is still to be chopped, and for trying out."""
 
-SIDES = np.int64(4)
+SIDES = whole(4)
 """Row of `Bins.parts`: everything left of the best plane, and behind it everything right."""
 
 

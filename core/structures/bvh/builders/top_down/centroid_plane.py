@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from .....geometry.box import area_of, clear, include
-from .....kernels import inner
+from .....kernels import inner, whole
 from .....progress import Progress
 from ...topology.tree import Grouping, Primitives
 from .recursion import TopDownSettings, axis_at, limits_of, split_recursively
 
-EVERY = np.int64(1 << 31)
+EVERY = whole(1 << 31)
 """As `last`: whatever lies in the plane goes left."""
 
 

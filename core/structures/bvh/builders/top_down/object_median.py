@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .....kernels import implements, kernel
+from .....kernels import implements, kernel, whole
 from .....progress import Progress
 from ...topology.tree import Builder, Grouping, Primitives
 from .centroid_plane import axis_to_divide, cost_of_plane, goes_left, group_by, swap
@@ -84,7 +84,7 @@ def choose_selection(rule, first, count, depth):
     half = count // 2
     select(boxes, order, first, count, axis, half - 1)
     last = first + half - 1
-    triangle, plane = np.int64(order[last]), boxes[last, axis] + boxes[last, 3 + axis]
+    triangle, plane = whole(order[last]), boxes[last, axis] + boxes[last, 3 + axis]
     cost, _ = cost_of_plane(boxes, order, first, count, axis, plane, triangle, rule.sides)
     return axis, triangle, 0.5 * plane, cost
 

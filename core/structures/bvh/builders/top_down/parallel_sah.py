@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .....kernels import call, inner, kernel
+from .....kernels import call, inner, kernel, whole
 from .....parallel import Spare, core_count
 from .....progress import Progress
 from ...topology.build_log import log_of_splits
@@ -97,7 +97,7 @@ class Share(NamedTuple):
 @inner
 def write_children(tree, queue, output, i, n_left):
     """Write the children of node i of the queue into its two places of the output."""
-    left = np.int64(tree.first[queue[i, NODE]])
+    left = whole(tree.first[queue[i, NODE]])
     for child in range(2):
         place = output[2 * i + child]
         place[NODE] = left + child if n_left > 0 else EMPTY

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .....contract.workspace import MAXIMUM_DEPTH
-from .....kernels import implements, inner, kernel
+from .....kernels import implements, inner, kernel, whole
 from ...topology.tree import Primitives
 from .binned_sah import BinnedSettings
 from .centroid_plane import EVERY, axis_to_divide, cost_of_plane, goes_left
@@ -88,7 +88,7 @@ def place_candidates(rule, first, count, depth):
                 plane = low + extent * (i / k)
                 if count <= k:
                     plane = boxes[first + i, axis] + boxes[first + i, 3 + axis]
-                    last = np.int64(rule.order[first + i])
+                    last = whole(rule.order[first + i])
             rule.planes[axis * k + i], rule.lasts[axis * k + i] = plane, last
 
 
@@ -128,7 +128,7 @@ def best_candidate(rule):
         stride *= 2
     best = rule.winners[0]
     if rule.costs[best] == np.inf:
-        return np.int64(-1), EVERY, 0.0, np.inf
+        return whole(-1), EVERY, 0.0, np.inf
     axis = best // (len(rule.planes) // 3)
     return axis, rule.lasts[best], 0.5 * rule.planes[best], rule.costs[best]
 

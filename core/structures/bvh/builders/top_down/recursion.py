@@ -26,7 +26,7 @@ import numpy as np
 from .....contract.build_log import BuildLog
 from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....geometry.box import area_of
-from .....kernels import call, dispatched, inner, kernel
+from .....kernels import call, dispatched, inner, kernel, whole
 from .....parallel import Spare, core_count
 from .....progress import Progress
 from .....settings import setting
@@ -217,7 +217,7 @@ def build_subtree(rule, tree, splits, node, first, count, depth, stack, only_one
         if only_one:
             return n_left
         if n_left > 0:
-            left = np.int64(tree.first[node])
+            left = whole(tree.first[node])
             push(stack, height, left + 1, first + n_left, count - n_left, depth + 1)
             push(stack, height + 1, left, first, n_left, depth + 1)
             height += 2
