@@ -20,20 +20,30 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .addon.interface import (
+        Box,
         Built,
         Cells,
+        Cone,
+        Disc,
         InputError,
+        MovingTriangle,
+        Placed,
+        Polygon,
         Rays,
         Scene,
+        Sphere,
         Steps,
         Structure,
         Traced,
+        Triangle,
         build,
         cells,
+        cover,
         load,
         rays,
         record,
         scene,
+        solids,
         structures,
         table,
         trace,
@@ -41,8 +51,9 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
-    "Built", "Cells", "InputError", "Rays", "Scene", "Steps", "Structure", "Traced", "build",
-    "cells", "load", "rays", "record", "scene", "structures", "table", "trace", "walk",
+    "Box", "Built", "Cells", "Cone", "Disc", "InputError", "MovingTriangle", "Placed", "Polygon",
+    "Rays", "Scene", "Sphere", "Steps", "Structure", "Traced", "Triangle", "build", "cells",
+    "cover", "load", "rays", "record", "scene", "solids", "structures", "table", "trace", "walk",
 ]  # fmt: skip
 
 

@@ -7,6 +7,7 @@ structures, rays, records, with everything in NumPy arrays.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,17 @@ from ..core.evaluation.rays.workloads import Workload, workload_named
 from ..core.evaluation.records import experiment, report
 from ..core.evaluation.records.experiment import Built, Traced
 from ..core.geometry.rays import Rays
+from ..core.geometry.solids.description import (
+    Box,
+    Cone,
+    Disc,
+    Item,
+    MovingTriangle,
+    Placed,
+    Polygon,
+    Sphere,
+    Triangle,
+)
 from ..core.scene import Scene
 from ..core.settings import check, key_of, parse, parse_spec
 from ..core.structures import structure_named, structures
@@ -51,6 +63,23 @@ def scene(triangles: np.ndarray, name: str = "triangles") -> Scene:
         If there is none, or a corner is not finite.
     """
     return Scene.from_triangles(np.asarray(triangles, dtype=np.float64), name)
+
+
+def solids(items: Sequence[Item], name: str = "solids") -> Scene:
+    """Return a scene of elementary solids, polygons and triangles, in any mixture.
+
+    Parameters
+    ----------
+    items : sequence
+        Of Sphere, Cone (a cylinder has equal radii), Box, Disc, Polygon, Triangle, MovingTriangle;
+        Placed sees one of the first four through a matrix.
+
+    Raises
+    ------
+    InputError
+        If there is none, or one cannot be; the message says which.
+    """
+    return Scene.from_items(items, name)
 
 
 def build(over: Scene, structure: str = "bvh", *, log: bool = False, **settings: Any) -> Built:
@@ -130,6 +159,22 @@ def trace(
     return experiment.trace(built, workload, chosen, threads)
 
 
+def cover(built: Built, through: Rays, number: int, half_angle: float) -> np.ndarray:
+    """Return the items that a cone around one of some rays meets, (k,), ascending.
+
+    Parameters
+    ----------
+    half_angle : float
+        Between axis and side, in degrees.
+
+    Raises
+    ------
+    InputError
+        If cones do not go through the structure, or the scene holds others than triangles.
+    """
+    return built.structure.cover(through, number, float(np.radians(half_angle)))[0]
+
+
 def walk(built: Built, traced: Traced, ray: int) -> Steps:
     """Return what one of the rays did, event by event, recorded by the kernel that counts.
 
@@ -191,6 +236,7 @@ def _settings_of(kind: type[Any], texts: dict[str, str], values: dict[str, Any],
 
 
 __all__ = [
-    "Built", "Cells", "InputError", "Rays", "Scene", "Steps", "Structure", "Traced", "build",
-    "cells", "load", "rays", "record", "scene", "structures", "table", "trace", "walk",
+    "Box", "Built", "Cells", "Cone", "Disc", "InputError", "MovingTriangle", "Placed", "Polygon",
+    "Rays", "Scene", "Sphere", "Steps", "Structure", "Traced", "Triangle", "build", "cells",
+    "cover", "load", "rays", "record", "scene", "solids", "structures", "table", "trace", "walk",
 ]  # fmt: skip
