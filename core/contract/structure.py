@@ -118,7 +118,7 @@ def lost(counters: tuple[Counter, ...]) -> Found:
 
 def missing(counters: tuple[Counter, ...]) -> Found:
     """Return what a walk returns that has met cells not made yet, and noted them."""
-    return Found(np.inf, np.int64(MISSING), (0,) * len(counters))
+    return Found(np.inf, whole(MISSING), (0,) * len(counters))
 
 
 class Made(NamedTuple):
@@ -416,7 +416,7 @@ class Structure(abc.ABC):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Trace rays through the structure as it stands in `arrays`."""
         count = len(next(arrays_in(rays)))
-        out = (
+        out: tuple[np.ndarray, np.ndarray, np.ndarray] = (
             np.empty(count), np.empty(count, self._number_type),
             np.empty((count, len(self.counters)), np.int32),
         )  # fmt: skip

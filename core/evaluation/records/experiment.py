@@ -177,7 +177,7 @@ def made_since(before: Made | None, structure: Structure) -> Made | None:
     now = structure.made()
     if before is None or now is None:
         return None
-    return Made(*(new - old for new, old in zip(now, before, strict=True)))
+    return Made(now.cells - before.cells, now.seconds - before.seconds, now.passes - before.passes)
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:

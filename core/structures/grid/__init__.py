@@ -65,7 +65,7 @@ class Grid(Structure):
     name = "grid"
     label = "Uniform Grid"
     summary = "Equal cells in CSR lists, walked by a 3D DDA"
-    Settings = GridSettings
+    Settings: ClassVar[type] = GridSettings
     takes_cones = True
     COUNTERS: ClassVar[tuple[Counter, ...]] = COUNTERS
     FIGURES: ClassVar[tuple[Figure, ...]] = (*FIGURES, CELLS_MADE)
