@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import bpy
@@ -18,7 +19,8 @@ class ACCELSCOPE_OT_bake(jobs.JobOperator, bpy.types.Operator):
     bl_label = "Bake to Meshes"
     bl_description = (
         "Make a mesh object of the edges of the cells that are shown, with depth and other "
-        "figures as attributes, in the collection AccelScope. Esc stops it"
+        "figures as attributes, in the collection AccelScope; and another of the ray or cone that "
+        "is stepped through. Esc stops it"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -45,20 +47,28 @@ class ACCELSCOPE_OT_bake(jobs.JobOperator, bpy.types.Operator):
         assert drawable is not None
         shown = Shown.by(context.scene.accelscope.display)
         scene, name = context.scene, f"{built.structure.label} Cells"
+        path, label = session.current.path(), built.structure.label
         # A thread must not touch the operator itself.
         self.errands = errands = jobs.Errands()
         begun: list[Any] = []
         self.begun = begun
 
         def work(progress: Progress) -> str:
-            edges = bake.edges_of(drawable, shown, progress)
-            making = bake.making(scene, edges, name)
-            begun.append(making)
-            for step in range(bake.STEPS + 1):
-                made = errands.run(
-                    lambda: next_of(making), progress, step, bake.STEPS, "Making the mesh"
-                )
-            return f"{made}: {edges.n_edges} edges"
+            meshes = [(name, bake.edges_of(drawable, shown, progress))]
+            if path is not None:
+                meshes.append((f"{label} Walk", bake.edges_of_path(*path)))
+            made = []
+            for object_name, edges in meshes:
+                making = bake.making(scene, edges, object_name)
+                begun.append(making)
+                last = bake.steps_of(edges)
+                for step in range(last + 1):
+                    found = errands.run(
+                        functools.partial(next_of, making), progress, step, last,
+                        "Making the mesh",
+                    )  # fmt: skip
+                made.append(f"{found}: {edges.n_edges} edges")
+            return "; ".join(made)
 
         return work
 

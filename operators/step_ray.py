@@ -1,4 +1,4 @@
-"""Record one of the traced rays, step by step, and show its path."""
+"""Record one of the traced rays, or a cone around it, step by step, and show its path."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import bpy
 from ..addon import jobs
 from ..addon.results import session
 from ..addon.settings import properties
+from ..core.errors import InputError
 from ..core.printing import printable
 
 
@@ -15,7 +16,7 @@ class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
     bl_label = "Step Ray"
     bl_description = (
         "Trace one of the rays again, recording every step: the cells it enters, "
-        "the triangles it tests, its hit"
+        "the triangles it tests, its hit; or a cone around it, and what it meets"
     )
     bl_options = {"REGISTER"}
 
@@ -33,8 +34,16 @@ class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
         assert built is not None
         assert traced is not None
         index = context.scene.accelscope.ray_index
-        steps = built.structure.record(traced.rays, index)
-        session.current.set_steps(index, steps)
+        angle = context.scene.accelscope.cone_angle
+        try:
+            if angle:
+                _, steps = built.structure.cover(traced.rays, index, angle)
+            else:
+                steps = built.structure.record(traced.rays, index)
+        except InputError as error:
+            self.report({"ERROR"}, printable(f"{error}; or set Cone to 0"))
+            return {"CANCELLED"}
+        session.current.set_steps(index, steps, angle)
         session.current.draw_paths(properties.event_shown(context.scene.accelscope))
         text = f"Ray {index}: {len(steps)} events; {session.current.hit_text()}"
         self.report({"INFO"}, printable(text))

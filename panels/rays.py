@@ -55,6 +55,9 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
         column = layout.column(align=True)
         if current.traced is not None:  # before, there is no ray that the field could stand at
             draw_range(column, root, "ray_index")
+            cone = column.row(align=True)
+            cone.active = current.built is not None and current.built.structure.takes_cones
+            cone.prop(root, "cone_angle")
         column.operator("accelscope.step_ray")
         if current.steps is not None:
             self.draw_walk(context, layout, root)

@@ -8,6 +8,7 @@ and are dropped when another file is loaded. Whether they are still those of the
 from __future__ import annotations
 
 import contextlib
+import math
 import sys
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -61,7 +62,9 @@ class Session:
         The figures, those of the traced rays included.
     traced : Traced
     steps : Steps
-        The recorded walk of ray number `step_index`.
+        The recorded walk of ray number `step_index`,
+    half_angle : float
+        or of a cone around it, half of whose angle this is, in radians.
     legend : list of (str, str)
         What is drawn of that walk: names of colours, and texts.
     linked_leaf : int
@@ -85,6 +88,7 @@ class Session:
     traced: Traced | None = None
     steps: Steps | None = None
     step_index: int = -1
+    half_angle: float = 0.0
     legend: list[tuple[str, str]] = field(default_factory=list)
     linked_leaf: int = -1
     links: tuple[np.ndarray, np.ndarray] | None = None
@@ -140,13 +144,19 @@ class Session:
         self.traced, self.record = traced, record
         self._clear_paths()
 
-    def set_steps(self, index: int, steps: Steps) -> None:
-        """Keep the walk of one traced ray."""
-        self.step_index, self.steps = index, steps
+    def set_steps(self, index: int, steps: Steps, half_angle: float = 0.0) -> None:
+        """Keep the walk of one traced ray, or of a cone around it (half angle in radians)."""
+        self.step_index, self.steps, self.half_angle = index, steps, half_angle
 
     def set_links(self, number: int, picture: tuple[np.ndarray, np.ndarray] | None) -> None:
         """Keep the leaf whose links are drawn, -1 for none, and how."""
         self.linked_leaf, self.links = number, picture
+
+    def path(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the recorded ray or cone as it is drawn, segments and colours; None without."""
+        from ...core.evaluation.pages.ray_path import segments_of
+
+        return segments_of(self._walk()) if self.steps is not None else None
 
     def draw_paths(self, event: int | None = None) -> None:
         """Draw the recorded ray, up to an event if one is given, and the links of the leaf."""
@@ -187,7 +197,7 @@ class Session:
         assert self.steps is not None
         return Walk(
             self.built.structure, self.cells, self.traced.rays, self.step_index,
-            float(self.traced.hits.t[self.step_index]), self.steps,
+            float(self.traced.hits.t[self.step_index]), self.steps, self.half_angle,
         )  # fmt: skip
 
     def _clear_paths(self) -> None:
@@ -298,6 +308,9 @@ class Session:
         """Say what the recorded ray hits: ``"hits triangle 7 of Cube at t = 2.5"``."""
         assert self.built is not None
         assert self.traced is not None
+        if self.half_angle:
+            met, angle = len(self._walk().met()), math.degrees(self.half_angle)
+            return f"with {angle:.3g} degrees around it meets {met} triangles"
         scene, hits = self.built.structure.scene, self.traced.hits
         primitive = int(hits.primitive[self.step_index])
         if primitive < 0:

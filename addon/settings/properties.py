@@ -8,6 +8,7 @@ with them Numba: half a second that every start of Blender would wait for otherw
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -261,6 +262,11 @@ def load() -> None:
         **range_properties(
             "ray_index", _last_ray, label="Ray",
             description="Number of the ray to step through; the first is 0",
+        ),
+        "cone_angle": FloatProperty(
+            name="Cone", subtype="ANGLE", default=0.0, min=0.0, max=math.radians(89.0),
+            description="Step a cone around the ray, with this angle between axis and side; "
+            "0 is the ray itself",
         ),
         "step_events": BoolProperty(
             name="Event by Event", description="Show the recorded walk up to one of its events",

@@ -143,8 +143,19 @@ def _linear(colours: np.ndarray) -> np.ndarray:
 
 # -------------------------------------------------------------------------------- the object
 
-STEPS = 4 + 2 * len(ATTRIBUTES)
-"""In how many steps :func:`making` makes an object."""
+
+def edges_of_path(segments: np.ndarray, colours: np.ndarray) -> Edges:
+    """Return the segments, (k, 2, 3), of a recorded ray or cone, with their colours, (k, 4)."""
+    colour = _linear(np.repeat(colours, 2, axis=0)).astype(np.float32)
+    return Edges(
+        segments.astype(np.float32).ravel(), np.arange(2 * len(segments), dtype=np.int32),
+        {"colour": (*ATTRIBUTES["colour"][:2], colour.ravel())},
+    )  # fmt: skip
+
+
+def steps_of(edges: Edges) -> int:
+    """Return in how many steps :func:`making` makes an object."""
+    return 4 + 2 * len(edges.attributes)
 
 
 def making(scene: bpy.types.Scene, edges: Edges, name: str) -> Generator[None, None, Any]:

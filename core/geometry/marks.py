@@ -1,4 +1,4 @@
-"""Marks made of segments: stars at points, arrows along ways."""
+"""Marks made of segments: stars at points, arrows along ways, cones."""
 
 from __future__ import annotations
 
@@ -25,3 +25,33 @@ def arrows(segments: np.ndarray) -> np.ndarray:
         for side in (across, -across, other, -other)
     ]
     return np.concatenate([segments, *heads])
+
+
+SIDE_LINES = 12
+"""Of a cone that is drawn."""
+
+CIRCLE = 48
+"""Sides of the circles at its ends."""
+
+
+def cone_lines(
+    origin: np.ndarray, direction: np.ndarray, half_angle: float, begin: float, end: float
+) -> np.ndarray:
+    """Return a cone from t = `begin` to t = `end` along its axis, as segments (k, 2, 3).
+
+    Parameters
+    ----------
+    origin, direction : (3,) float64
+    half_angle : float
+        Between axis and side, in radians.
+    """
+    length = float(np.linalg.norm(direction))
+    across = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
+    across /= np.linalg.norm(across)
+    other = np.cross(direction / length, across)
+    angle = 2.0 * np.pi * np.arange(CIRCLE) / CIRCLE
+    around = np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * other
+    rims = [origin + t * direction + t * length * np.tan(half_angle) * around for t in (begin, end)]
+    circles = [np.stack([rim, np.roll(rim, -1, axis=0)], axis=1) for rim in rims]
+    sides = np.stack(rims, axis=1)[:: CIRCLE // SIDE_LINES]
+    return np.concatenate([*circles, sides])

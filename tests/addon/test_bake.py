@@ -50,7 +50,7 @@ def baked(context, cells, display, name):
     """Return the object, made without a pause."""
     edges = bake.edges_of(make_drawable(cells), selection.Shown.by(display))
     making = bake.making(context.scene, edges, name)
-    for _ in range(bake.STEPS):
+    for _ in range(bake.steps_of(edges)):
         next(making)
     with pytest.raises(StopIteration) as stop:
         next(making)

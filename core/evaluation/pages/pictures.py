@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from ...contract.protocols import Linked
 from ...contract.structure import Structure
 from ...geometry.box_shape import surface_area
 from ...geometry.rays import Rays
+from ...geometry.triangles import Triangles
 from ...lessons import exhibits_left_out, exhibits_of
 from ...printing import in_html
 from ...settings import to_text
@@ -100,6 +102,8 @@ class Gallery:
             single = next((rays for rays in batches if len(rays) == 1), None)
             walk = walk_to_show(view, structure, cells, single)
             pictures.append(("ray", *picture_of_ray(view, walk)))
+            if structure.takes_cones and isinstance(structure.scene.geometry, Triangles):
+                pictures.append(("cone", *picture_of_cone(view, walk)))
             if isinstance(structure, Linked):
                 pictures.append(("links", *picture_of_links(view, walk)))
         shown = []
@@ -241,6 +245,20 @@ def picture_of_ray(view: View, walk: Walk) -> tuple[str, np.ndarray]:
     """Return caption and image of a walk."""
     segments, colours = segments_of(walk, palette=ON_LIGHT)
     caption = "one ray: " + ", ".join(text for _, text in legend(walk))
+    return caption, view.with_lines(segments, colours, width=2, hidden=0.5)
+
+
+CONE = math.radians(3.0)
+"""Half the angle of the cone that is shown."""
+
+
+def picture_of_cone(view: View, walk: Walk) -> tuple[str, np.ndarray]:
+    """Return caption and image of the walk of a cone around the ray of another walk."""
+    _, steps = walk.structure.cover(walk.rays, walk.ray, CONE)
+    cone = walk._replace(steps=steps, t_hit=np.inf, half_angle=CONE)
+    segments, colours = segments_of(cone, palette=ON_LIGHT)
+    caption = f"a cone of {math.degrees(CONE):g} degrees: "
+    caption += ", ".join(text for _, text in legend(cone))
     return caption, view.with_lines(segments, colours, width=2, hidden=0.5)
 
 

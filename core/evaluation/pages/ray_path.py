@@ -1,4 +1,4 @@
-"""The walk of one recorded ray as coloured line segments, whole or up to one of its events."""
+"""The walk of one recorded ray, or cone, as coloured segments, whole or up to one event."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ...contract.protocols import Linked, Skipping
 from ...contract.steps import Steps
 from ...contract.structure import Structure
 from ...geometry.box_shape import box_segments
-from ...geometry.marks import arrows, stars
+from ...geometry.marks import arrows, cone_lines, stars
 from ...geometry.rays import Rays
 from ...progress import SILENT, Progress
 
@@ -105,6 +105,8 @@ class Walk(NamedTuple):
         Number of the ray in `rays`.
     t_hit : float
         Ray parameter of the hit, inf for a miss.
+    half_angle : float
+        Of the cone around the ray that was recorded, in radians; 0 for the ray itself.
     """
 
     structure: Structure
@@ -113,6 +115,12 @@ class Walk(NamedTuple):
     ray: int
     t_hit: float
     steps: Steps
+    half_angle: float = 0.0
+
+    def met(self, event: int | None = None) -> np.ndarray:
+        """Return the items that a cone has met, up to an event: ascending, each once."""
+        tests = self.steps.events_of(TEST, event)
+        return np.unique(self.steps.primitive[tests[np.isfinite(self.steps.t_enter[tests])]])
 
     def at(self, t: np.ndarray) -> np.ndarray:
         """Return points (n, 3) on the ray."""
@@ -139,9 +147,9 @@ def segments_of(
     segments : (k, 2, 3) float64
     colours : (k, 4) float64
     """
-    pieces = list(_ray(walk, event, palette))
+    pieces = list(_cone(walk, palette) if walk.half_angle else _ray(walk, event, palette))
     pieces += _cells(walk, event, palette)
-    pieces += _triangles(walk, event, palette)
+    pieces += (_covered if walk.half_angle else _triangles)(walk, event, palette)
     if event is not None:
         pieces += _current(walk, event, palette)
     return _coloured(pieces)
@@ -170,6 +178,23 @@ def _ray(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
     yield np.array([[origin, here]]), colour
     if reached < end:
         yield np.array([[here, there]]), palette.ahead
+
+
+def _cone(walk: Walk, palette: Palette) -> Iterator[Piece]:
+    """Draw the axis, and the cone around it until it has left the scene."""
+    ray, end = walk.ray, _until_outside(walk)
+    begin = min(float(walk.rays.t_min[ray]), end)
+    origin, direction = walk.rays.origins[ray], walk.rays.directions[ray]
+    yield walk.at(np.array([begin, end]))[None], palette.missing
+    yield cone_lines(origin, direction, walk.half_angle, begin, end), palette.hitting
+
+
+def _covered(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
+    """Draw the triangles that were tested, and those among them that the cone meets."""
+    tested = np.unique(walk.steps.primitive[walk.steps.events_of(TEST, event)[-MOST_TESTED:]])
+    met = walk.met(event)
+    yield _sides(walk, np.setdiff1d(tested, met)), palette.tested
+    yield _sides(walk, met[-MOST_TESTED:]), palette.found
 
 
 def _cells(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
@@ -333,8 +358,14 @@ def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
         ("empty", (~skipped).sum(), "empty leaf", "empty leaves"),
         ("skipped", skipped.sum(), "skip of an empty region", "skips of empty regions"),
         ("tested", n[TEST], "triangle tested", several),
-        ("postponed", n[POSTPONE], "hit postponed", "hits postponed"),
-        ("found", n[HIT], "hit accepted", "hits accepted"),
+        *(
+            [("found", len(walk.met(event)), "triangle met", "triangles met")]
+            if walk.half_angle
+            else [
+                ("postponed", n[POSTPONE], "hit postponed", "hits postponed"),
+                ("found", n[HIT], "hit accepted", "hits accepted"),
+            ]
+        ),
     )
     return [
         (name, f"{count} {one if count == 1 else more}")
