@@ -19,6 +19,9 @@ import numpy as np
 
 from ..kernels import dispatched
 
+EVERY_OBJECT = 0xFF
+"""The mask of a ray that meets instances whatever their masks, and of such an instance."""
+
 
 @dispatched
 def intersect(geometry, index, ray, limit, number, workspace, log):

@@ -14,11 +14,8 @@ import numpy as np
 
 from ..errors import InputError
 from .box_shape import corners_of, hulls_of_boxes
-from .geometry import boxes_around, hulls_of, normals_at
+from .geometry import EVERY_OBJECT, boxes_around, hulls_of, normals_at
 from .triangles import Triangles, reach_of
-
-EVERY_OBJECT = 0xFF
-"""The mask of a ray that meets instances whatever their masks, and of such an instance."""
 
 PADDING = 8 * np.finfo(np.float64).eps
 """By how much of its largest coordinate a world box is enlarged: nine roundings make a corner."""

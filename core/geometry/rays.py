@@ -24,7 +24,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..kernels import dispatched, implements, inlined, inner, unsigned
-from .instances import EVERY_OBJECT
+from .geometry import EVERY_OBJECT
 
 CLOSEST = 0
 """Query: the nearest hit; of several at the same t the lowest primitive id."""
