@@ -56,6 +56,8 @@ def names() -> Names:
             found.settings[key_of(field)] = field.metadata["label"]
             for choice in field.metadata["choices"] or ():
                 found.choices[choice] = name_of(choice)
+    # A structure may be a choice of another's settings, and is called what it is called itself.
+    found.choices.update({name: entry.label for name, entry in structures().items()})
     return found
 
 

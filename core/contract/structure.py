@@ -356,6 +356,16 @@ class Structure(abc.ABC):
         """Return the bytes of the structure's arrays, without the scene's triangles."""
         return sum(array.nbytes for array in arrays_in(self.arrays))
 
+    def answered(self, rays: Rays) -> dict[str, Any]:
+        """Return, by class, which structure within this one answers which share of rays.
+
+        Returns
+        -------
+        dict
+            Of a structure that answers all of them itself, empty.
+        """
+        return {}
+
     def made(self) -> Made | None:
         """Return what has been made for rays so far; None if all was made by the build."""
         return None

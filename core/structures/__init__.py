@@ -14,17 +14,22 @@ from ..contract.structure import Structure
 from ..errors import InputError
 
 
+def found_in_modules(without: str = "") -> list[type[Structure]]:
+    """Return the structures of all modules, in alphabetical order of their files, but one."""
+    found = []
+    for module in sorted(pkgutil.iter_modules(__path__), key=lambda module: module.name):
+        name = f"{__name__}.{module.name}"
+        if name != without:
+            structure = getattr(importlib.import_module(name), "STRUCTURE", None)
+            if structure is not None:
+                found.append(structure)
+    return found
+
+
 @functools.cache
 def structures() -> dict[str, type[Structure]]:
     """Return every structure by name, in alphabetical order of their files."""
-    found = {}
-    for module in sorted(pkgutil.iter_modules(__path__), key=lambda module: module.name):
-        structure = getattr(
-            importlib.import_module(f".{module.name}", __package__), "STRUCTURE", None
-        )
-        if structure is not None:
-            found[structure.name] = structure
-    return found
+    return {structure.name: structure for structure in found_in_modules()}
 
 
 def structure_named(name: str) -> type[Structure]:

@@ -46,6 +46,8 @@ def values_of(field):
         return [False, True]
     if isinstance(default, tuple):
         return [default, (4, 5, 6)]
+    if isinstance(default, str):  # of settings of a part, one that all parts have
+        return [default, "C_isect=2"]
     if field.name == "budget":  # far more than the first split makes, far less than all
         return [default, 201]
     kind = type(default)

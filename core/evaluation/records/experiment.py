@@ -32,6 +32,7 @@ from ...parallel import core_count
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import to_json
+from ..rays.cameras import CLASS_NAMES
 from ..rays.workloads import Workload
 from .environment import environment
 
@@ -105,16 +106,20 @@ def warm_up(structure_type: type[Structure], settings: Any, progress: Progress =
     choices = {
         field.name: getattr(settings, field.name)
         for field in dataclasses.fields(settings)
-        if field.metadata["choices"] or isinstance(field.default, bool)
+        if isinstance(field.default, (bool, str))
     }
     # Enough of a muddle that even what only improves a poor tree has something to do.
     random = np.random.default_rng(1)
     corners = random.random((60, 1, 3)) + 0.05 * random.random((60, 3, 3))
     tiny = Scene.from_triangles(corners, "warm-up")
-    ray = Rays.from_arrays(np.zeros((1, 3)), np.ones((1, 3)))
+    names = structure_type.answers or (*CLASS_NAMES, "ray")
+    count = len(names)
+    rays = Rays.from_arrays(
+        np.zeros((count, 3)), np.ones((count, 3)), classes=np.arange(count), class_names=names
+    )
     with announcing(progress, structure_type.name):
         structure = structure_type.build(tiny, structure_type.Settings(**choices))
-        structure.trace(ray, ALL, threads=1)
+        structure.trace(rays, ALL, threads=1)
 
 
 def trace(
@@ -280,6 +285,9 @@ def make_record(built: Built, traced: Traced | None, progress: Progress = SILENT
         **traced.counters.means(),
         "by_class": by_class(traced),
     }
+    answered = structure.answered(traced.rays)
+    if answered:
+        record["trace"]["routes"] = answered
     if traced.made is not None:
         record["trace"]["lazy"] = traced.made._asdict()
     return record

@@ -199,6 +199,9 @@ def figures(record: Record) -> list[tuple[str, str, str]]:
             show = UNITS[row.unit]
             text = " x ".join(map(show, value)) if isinstance(value, list) else show(value)
             rows.append((row.section, row.label, text))
+    for name, route in record.get("trace", {}).get("routes", {}).items():
+        text = f"{show_integer(route['rays'])}, by {route['structure']}"
+        rows.append(("Rays", f"{name.capitalize()} rays", text))
     return rows
 
 
@@ -208,7 +211,7 @@ def counters_in_words(record: Record) -> str:
     return ", ".join(
         f"{show_number(record['trace'][each.name])} {each.label}"
         for each in structure.COUNTERS
-        if each.column
+        if each.column and each.name in record["trace"]
     )
 
 
@@ -219,6 +222,8 @@ def spec_of(structure: Record) -> str:
     for key, value in structure["settings"].items():
         if value != defaults[key]:
             text = "x".join(map(str, value)) if isinstance(value, list) else str(value)
+            if isinstance(value, str) and "=" in value:
+                text = f'"{text}"'
             changed.append(f"{key}={text.lower() if isinstance(value, bool) else text}")
     return ":".join([structure["name"]] + ([",".join(changed)] if changed else []))
 
