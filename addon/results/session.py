@@ -302,7 +302,9 @@ class Session:
         from ...core.evaluation.pages.ray_path import event_text
 
         assert self.steps is not None
-        return event_text(self.steps, event)
+        assert self.built is not None
+        name = self.built.structure.scene.primitive_name
+        return event_text(self.steps, event, name)
 
     def hit_text(self) -> str:
         """Say what the recorded ray hits: ``"hits triangle 7 of Cube at t = 2.5"``."""
@@ -315,10 +317,12 @@ class Session:
         primitive = int(hits.primitive[self.step_index])
         if primitive < 0:
             return "hits nothing"
-        # In words of the scene: an instance is an object, and its triangles are its mesh's.
+        # In words of the scene: an instance is an object, and its primitives are its mesh's.
         (owner,), (within,) = owners_of(scene.geometry, np.array([primitive]))
         name = scene.object_names[scene.object_ids[primitive if owner < 0 else owner]]
-        return f"hits triangle {within} of {name} at t = {hits.t[self.step_index]:.6g}"
+        return (
+            f"hits {scene.primitive_name} {within} of {name} at t = {hits.t[self.step_index]:.6g}"
+        )
 
 
 current = Session()

@@ -79,11 +79,10 @@ class SplitView:
         return group.axis if group.show else None
 
     def make(self, axis: str, progress: Progress) -> SortedAxis:
-        """Sort the triangles along an axis; of a million that takes a third of a second."""
-        from ...core.geometry.box import boxes_of
+        """Sort the items along an axis; of a million that takes a third of a second."""
         from ...core.sah.split_plane import sort_along
 
-        return sort_along(boxes_of(self.scene.triangles), list(AXES).index(axis), progress)
+        return sort_along(self.scene.boxes(), list(AXES).index(axis), progress)
 
     def draw(self, settings: SplitPlaneSettings | None) -> bool:
         """Draw the plane of some settings, or none; say whether that was possible.
@@ -105,7 +104,7 @@ class SplitView:
         position = float(low + settings.position * (high - low))
         costs = settings.t_tra, settings.t_tri
         self.plane = plane = evaluate_plane(along, box, position, *costs)
-        frame = frame_of_plane(self.scene.triangles, along, box, position, *costs)
+        frame = frame_of_plane(self.scene, along, box, position, *costs)
         overlay.set_lines(overlay.PLANE, frame.segments, frame.colours)
         self.rows = [
             (settings.axis, f"{position:.5g}"),

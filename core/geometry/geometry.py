@@ -146,3 +146,25 @@ def normals_at(
         When.
     """
     raise TypeError(f"no normals of {type(geometry).__name__}")
+
+
+@functools.singledispatch
+def lines_of(
+    geometry: Any, primitives: np.ndarray, time: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return lines that show where primitives are.
+
+    Parameters
+    ----------
+    primitives : (n,) int
+        As hits know them.
+    time : float
+        Of what moves.
+
+    Returns
+    -------
+    segments : (m, 2, 3) float64
+    owners : (m,) int64
+        Place among `primitives` of what each belongs to, ascending.
+    """
+    raise TypeError(f"no outlines of {type(geometry).__name__}")

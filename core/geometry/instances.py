@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from .box_shape import corners_of, hulls_of_boxes
-from .geometry import EVERY_OBJECT, boxes_around, hulls_of, normals_at
+from .box_shape import box_segments, corners_of, hulls_of_boxes
+from .geometry import EVERY_OBJECT, boxes_around, hulls_of, lines_of, normals_at
 from .triangles import Triangles, reach_of
 
 PADDING = 8 * np.finfo(np.float64).eps
@@ -225,6 +225,26 @@ def _(
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
+@lines_of.register
+def _(
+    geometry: Instanced, primitives: np.ndarray, time: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lines in the meshes' spaces, moved by the matrices."""
+    places, within = owners_of(geometry, primitives)
+    segments, owners = [np.empty((0, 2, 3))], [np.empty(0, np.int64)]
+    for number, mesh in enumerate(geometry.meshes):
+        here = np.flatnonzero(geometry.which[places] == number)
+        if len(here):
+            local, own = lines_of(mesh, within[here], time)
+            matrix = geometry.matrices[places[here[own]]]
+            moved = np.einsum("nij,nej->nei", matrix[:, :, :3], local)
+            segments.append(moved + matrix[:, None, :, 3])
+            owners.append(here[own])
+    owner = np.concatenate(owners)
+    order = np.argsort(owner, kind="stable")
+    return np.concatenate(segments)[order], owner[order]
+
+
 def owners_of(geometry: Any, primitives: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the instance of each primitive, and its number within that instance's mesh.
 
@@ -245,3 +265,10 @@ def owners_of(geometry: Any, primitives: np.ndarray) -> tuple[np.ndarray, np.nda
         return np.full(len(primitives), -1), primitives
     owners = np.searchsorted(geometry.first, primitives, side="right") - 1
     return owners, np.where(primitives >= 0, primitives - geometry.first[owners], -1)
+
+
+def lines_of_items(geometry: Any, items: np.ndarray) -> np.ndarray:
+    """Return lines that show where items of a scene are, (m, 2, 3); of instances, their boxes."""
+    if isinstance(geometry, Instanced):
+        return box_segments(geometry.boxes[items])
+    return lines_of(geometry, items)[0]

@@ -14,7 +14,7 @@ import numpy as np
 from ..kernels import call
 from ..parallel import Team
 from ..progress import SILENT
-from .geometry import boxes_around, hulls_of, in_order, joined, normals_at
+from .geometry import boxes_around, hulls_of, in_order, joined, lines_of, normals_at
 
 THIN = 2.0**-7
 """Share of a scene's largest coordinate below which those along another axis count for more."""
@@ -99,3 +99,11 @@ def _(
     edges = np.ldexp(corners[:, 1:] - corners[:, :1], -exponent)
     normals = np.cross(edges[:, 0], edges[:, 1])
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+@lines_of.register
+def _(
+    geometry: Triangles, primitives: np.ndarray, time: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    sides = geometry.corners[primitives][:, [(0, 1), (1, 2), (2, 0)]]
+    return sides.reshape(-1, 2, 3), np.repeat(np.arange(len(primitives)), 3)

@@ -14,20 +14,21 @@ from ..colours import ramp
 from ..contract.cells import Cells
 from ..contract.outlines import wires_of
 from ..geometry.box_shape import box_segments, surface_area
+from ..geometry.instances import lines_of_items
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..structures.bvh.figures.efficiency import Efficiency
 from ..structures.bvh.figures.overlap import shared_boxes
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.tree import ranges_of
-from .drawing import BLUE, GREY, ORANGE, RED, Colour, Lines, coloured, frame_of, outlines
+from .drawing import BLUE, GREY, ORANGE, RED, Colour, Lines, coloured, frame_of
 from .exhibit import Exhibit, Frame, Once
 
 MOST_NODES = 24
 """Nodes with a frame of their own."""
 
-MOST_TRIANGLES = 1000
-"""Triangles drawn of each child."""
+MOST_ITEMS = 1000
+"""Items drawn of each child."""
 
 MAGNIFIED = 0.35
 """Size of a node under the magnifying glass, as a share of the scene's."""
@@ -51,7 +52,7 @@ def nodes_not_paying(structure: BVH) -> Exhibit:
 
     @Once
     def ranges(progress: Progress) -> tuple[np.ndarray, np.ndarray]:
-        """Begin and end of the triangles below every node."""
+        """Begin and end of the items below every node."""
         progress.report(2, 4, text)
         return ranges_of(structure.arrays.first, structure.arrays.size, structure.width())
 
@@ -98,8 +99,9 @@ def nodes_not_paying(structure: BVH) -> Exhibit:
         for i, child in enumerate(children):
             colour = ORANGE if i % 2 else BLUE
             begin, end = (int(each[child]) for each in ranges())
-            corners = structure.triangles.corners[begin : min(end, begin + MOST_TRIANGLES)]
-            parts.append(coloured(outlines(corners), colour))
+            items = structure.geometry.ids[begin : min(end, begin + MOST_ITEMS)]
+            lines = lines_of_items(structure.scene.geometry, items)
+            parts.append(coloured(lines, colour))
             parts.append(volume_of(cells(), np.array([child]), colour))
         box = structure.arrays.volumes.boxes()[node]
         root = volume_of(cells(), np.array([0]), GREY)

@@ -7,8 +7,10 @@ import numpy as np
 from ..colours import INNER_COLOUR, ramp
 from ..contract.cells import Cells
 from ..contract.outlines import wires_of
+from ..geometry.instances import lines_of_items
 from ..geometry.kdop import KDOPs
 from ..progress import SILENT, Progress
+from ..scene import Scene
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.fit import fit_all
 from ..structures.bvh.topology.tree import ranges_of
@@ -27,8 +29,8 @@ PLACES = {6: (0, 0), 14: (1, 0), 18: (0, -1), 26: (1, -1)}
 MOST_NODES = 64
 """Nodes of a level that are drawn: a 26-DOP has up to 72 edges, and there are four copies."""
 
-MOST_TRIANGLES = 1000
-"""Triangles whose sides stand for the object in each copy."""
+MOST_ITEMS = 1000
+"""Items whose outlines stand for the object in each copy."""
 
 FAINT = 0.45
 """Opacity of the object."""
@@ -48,7 +50,7 @@ def kdop_levels(bvh: BVH) -> Exhibit:
         begin, end = ranges_of(bvh.arrays.first, bvh.arrays.size, bvh.width())
         nodes = np.sort(nodes[np.argsort(begin[nodes] - end[nodes], kind="stable")[:MOST_NODES]])
         corners, begin, end = bvh.referred(begin[nodes], end[nodes], progress)
-        object_lines = sides_of_some(bvh.scene.triangles)
+        object_lines = outlines_of_some(bvh.scene)
         segments, colours, sums = [], [], []
         for k, (right, up) in PLACES.items():
             volumes = fit_all(f"kdop{k}", corners, begin, end, progress)
@@ -89,7 +91,7 @@ def edges_of(volumes: KDOPs) -> tuple[np.ndarray, np.ndarray]:
     return wires.segments(), wires.edge_owners()
 
 
-def sides_of_some(triangles: np.ndarray) -> np.ndarray:
-    """Return the sides of triangles, of evenly chosen ones if they are many, (k, 2, 3)."""
-    some = triangles[:: max(len(triangles) // MOST_TRIANGLES, 1)]
-    return some[:, [(0, 1), (1, 2), (2, 0)]].reshape(-1, 2, 3)
+def outlines_of_some(scene: Scene) -> np.ndarray:
+    """Return the outlines of items, of evenly chosen ones if they are many, (k, 2, 3)."""
+    some = np.arange(0, len(scene), max(len(scene) // MOST_ITEMS, 1))
+    return lines_of_items(scene.geometry, some)

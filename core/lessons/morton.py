@@ -172,10 +172,10 @@ def levels_of(bvh: BVH, log: BuildLog, order: np.ndarray, levels: int) -> list[L
         begin[left[these]] = begin[node[these]]
         begin[right[these]] = begin[node[these]] + n_left[these]
         begins.append(np.sort(np.append(begins[-1], begin[right[these]])))
-    ids = bvh.triangles.ids
+    ids = bvh.geometry.ids
     if log.leaves is not None:  # they have been moved since
         ids = np.empty_like(ids)
-        ids[begin[log.leaves]] = bvh.triangles.ids
+        ids[begin[log.leaves]] = bvh.geometry.ids
     place = np.empty(len(ids), np.int64)
     place[ids] = np.arange(len(ids))
     boxes, places = bvh.scene.boxes()[ids], place[order]

@@ -2,7 +2,7 @@
 
 The curve stands along the axis that the planes cut, so that every plane is above (or beside) its
 own cost. Orange: the halves of the space, as on the slide "SAH decision". Blue: boxes drawn tight
-around the triangles of both sides, as builders count. Grey: what testing all triangles costs.
+around the items of both sides, as builders count. Grey: what testing all of them costs.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..contract.cells import planes_across
-from ..geometry.box import boxes_of
 from ..geometry.box_shape import box_segments
+from ..geometry.instances import lines_of_items
 from ..progress import SILENT, Progress
 from ..sah.split_plane import (
     SortedAxis,
@@ -23,12 +23,13 @@ from ..sah.split_plane import (
     tight_costs,
 )
 from ..sah.worked_example import PRINTED, T_TRA, T_TRI, Case, cases_of, is_worked_example
+from ..scene import Scene
 from ..structures.bvh.hierarchy import BVH
 from .drawing import BLUE, GREY, ORANGE, RED, Chart, Lines, coloured, frame_of, outlines
 from .exhibit import Exhibit, Frame, Once
 
-MOST_TRIANGLES = 4000
-"""Triangles up to which each is drawn in the colour of its side."""
+MOST_ITEMS = 4000
+"""Items up to which each is drawn in the colour of its side."""
 
 SAMPLES = 240
 """Positions at which the curve is evaluated."""
@@ -61,9 +62,9 @@ def split_planes(structure: BVH) -> Exhibit:
 
     def frame(number: int, progress: Progress = SILENT) -> Frame:
         if number < len(cases):
-            return frame_of_case(scene.triangles, box, cases[number])
+            return frame_of_case(scene, box, cases[number])
         axis, position = places[number - len(cases)]
-        return frame_of_plane(scene.triangles, axes[axis](progress), box, position, *costs)
+        return frame_of_plane(scene, axes[axis](progress), box, position, *costs)
 
     return Exhibit(
         "split_planes",
@@ -76,7 +77,7 @@ def split_planes(structure: BVH) -> Exhibit:
 
 
 def frame_of_plane(
-    triangles: np.ndarray,
+    scene: Scene,
     along: SortedAxis,
     box: np.ndarray,
     position: float,
@@ -87,9 +88,8 @@ def frame_of_plane(
 
     Parameters
     ----------
-    triangles : (n, 3, 3) float64
     along : SortedAxis
-        The same, sorted along the axis that the plane cuts.
+        The scene's items, sorted along the axis that the plane cuts.
     box : (6,) float64
         What is divided.
     """
@@ -100,20 +100,20 @@ def frame_of_plane(
     caption = f"{axis} = {position:.5g}: {figures_of(plane)}, Cost = {plane.cost:.2f}; "
     if np.isfinite(tight):
         caption += f"with tight boxes {tight:.2f}; "
-    caption += f"no split {C_isect * len(triangles):.2f} (C_trav {C_trav:g}, C_isect {C_isect:g})"
+    caption += f"no split {C_isect * len(scene):.2f} (C_trav {C_trav:g}, C_isect {C_isect:g})"
     parts = [
-        *drawn_halves(triangles, box, plane),
+        *drawn_halves(scene, box, plane),
         *drawn_curve(along, box, plane, C_trav, C_isect),
     ]
     return frame_of(parts, caption)
 
 
-def frame_of_case(triangles: np.ndarray, box: np.ndarray, case: Case) -> Frame:
+def frame_of_case(scene: Scene, box: np.ndarray, case: Case) -> Frame:
     """Return the picture of one case of the worked example; `box` is all of V."""
     parts = [coloured(box_segments(box[None]), GREY)]
     divided = case.box
     for plane in case.planes:
-        parts += drawn_halves(triangles, divided, plane)
+        parts += drawn_halves(scene, divided, plane)
         divided = halves_of(divided, plane.axis, plane.position)[1]  # where a second plane goes on
     caption = (
         f"Cost({case.name}) = {case.formula} = {case.cost:.2f}; "
@@ -121,7 +121,7 @@ def frame_of_case(triangles: np.ndarray, box: np.ndarray, case: Case) -> Frame:
     )
     if len(case.planes) == 1:
         (plane,) = case.planes
-        boxes = boxes_of(triangles)
+        boxes = scene.boxes()
         along = sort_along(boxes[inside(boxes, case.box)], plane.axis)
         parts += drawn_curve(along, case.box, plane, T_TRA, T_TRI)
         caption = f"{figures_of(plane)}; {caption}"
@@ -134,21 +134,22 @@ def figures_of(plane: SplitPlane) -> str:
 
 
 def inside(boxes: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return which triangles have their centroid in a box, (n,) bool."""
+    """Return which items have the centroid of their box in a box, (n,) bool."""
     centroids = 0.5 * (boxes[:, :3] + boxes[:, 3:])
     return ((centroids >= box[:3]) & (centroids <= box[3:])).all(axis=1)
 
 
-def drawn_halves(triangles: np.ndarray, box: np.ndarray, plane: SplitPlane) -> list[Lines]:
-    """Return the halves of a box and the triangles in them, left blue, right orange; the plane."""
+def drawn_halves(scene: Scene, box: np.ndarray, plane: SplitPlane) -> list[Lines]:
+    """Return the halves of a box and the items in them, left blue, right orange; the plane."""
     left, right = halves_of(box, plane.axis, plane.position)
     parts = [coloured(box_segments(left[None]), BLUE), coloured(box_segments(right[None]), ORANGE)]
-    if len(triangles) <= MOST_TRIANGLES:
-        boxes = boxes_of(triangles)
+    if len(scene) <= MOST_ITEMS:
+        boxes = scene.boxes()
         on_left = 0.5 * (boxes[:, plane.axis] + boxes[:, 3 + plane.axis]) < plane.position
         there = inside(boxes, box)
-        parts.append(coloured(outlines(triangles[there & on_left]), BLUE))
-        parts.append(coloured(outlines(triangles[there & ~on_left]), ORANGE))
+        for side, colour in ((there & on_left, BLUE), (there & ~on_left, ORANGE)):
+            lines = lines_of_items(scene.geometry, np.flatnonzero(side))
+            parts.append(coloured(lines, colour))
     cut = planes_across(box[None], plane.axis, np.array([plane.position]))
     diagonals = cut[0, [[0, 2], [1, 3]]]
     return [*parts, coloured(np.concatenate([outlines(cut), diagonals]), RED)]

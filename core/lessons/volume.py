@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..geometry.geometry import hulls_of
 from ..geometry.kinds import KINDS
 from ..geometry.polygons import Polygons
 from ..geometry.rays import Rays
@@ -53,8 +54,11 @@ def volume_efficiency(structure: BVH, kinds: Sequence[str] = ()) -> Exhibit:
         return parallel_lines_through(ball, np.eye(3)[view - 1], count)
 
     def fitting(kind: str) -> Once[Any]:
-        everything = np.zeros(1, int), np.full(1, len(scene))
-        return Once(lambda progress: fit_all(kind, scene.triangles, *everything, progress))
+        def fit(progress: Progress) -> Any:
+            corners, _ = hulls_of(scene.geometry)
+            return fit_all(kind, corners, np.zeros(1, int), np.full(1, len(corners)), progress)
+
+        return Once(fit)
 
     volumes = {kind: fitting(kind) for kind in kinds}
 

@@ -255,10 +255,17 @@ class Scene:
     @property
     def counted(self) -> str:
         """How many items there are, in words: ``"4096 triangles"``."""
-        if isinstance(self.geometry, Triangles):
-            return f"{len(self)} triangles"
-        kind = "instances" if isinstance(self.geometry, Instanced) else "items"
-        return f"{len(self)} {kind}"
+        return f"{len(self)} {self.item_name}s"
+
+    @property
+    def item_name(self) -> str:
+        """What a leaf holds: a ``"triangle"``, an ``"instance"`` or an ``"item"`` of any kind."""
+        return "instance" if isinstance(self.geometry, Instanced) else self.primitive_name
+
+    @property
+    def primitive_name(self) -> str:
+        """What rays hit: a ``"triangle"`` or an ``"item"`` of any kind."""
+        return "triangle" if is_of_triangles(self.geometry) else "item"
 
     def flat(self) -> Scene:
         """Return the scene with its instances as triangles in world space.

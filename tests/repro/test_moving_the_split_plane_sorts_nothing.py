@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of
@@ -20,16 +22,17 @@ def prepared(spec, axis=0):
 def test_a_move_looks_at_as_few_numbers_of_many_triangles_as_of_few(counter):
     def numbers(spec):
         scene, box, boxes, axis = prepared(spec)
-        along, triangles = counter.wrap((sort_along(boxes, axis), scene.triangles))
+        along = counter.wrap(sort_along(boxes, axis))
+        counted = dataclasses.replace(scene, geometry=counter.wrap(scene.geometry))
 
         def move():
             for share in np.linspace(0.1, 0.9, 15):
                 position = float(box[0] + share * (box[3] - box[0]))
-                frame_of_plane(triangles, along, box, position, 3.0, 1.0)
+                frame_of_plane(counted, along, box, position, 3.0, 1.0)
 
         return counter.numbers(move)
 
-    # Beyond MOST_TRIANGLES both, so that neither draws the triangles.
+    # Beyond MOST_ITEMS both, so that neither draws the triangles.
     few, many = numbers("soup:count=5000"), numbers("soup:count=50000")
     assert 0 < few == many
     # Triangles that are drawn are gone through.

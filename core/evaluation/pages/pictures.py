@@ -94,7 +94,7 @@ class Gallery:
         pictures = []
         if not cells.is_leaf.all():
             pictures.append(("levels", *picture_of_levels(view, cells)))
-        pictures.append(("leaves", *picture_of_leaves(view, cells)))
+        pictures.append(("leaves", *picture_of_leaves(view, cells, scene.item_name)))
         if "order" in cells.extra:
             for number, step in enumerate(steps_shown(cells), 1):
                 pictures.append((f"built-{number}", *picture_of_building(view, cells, step)))
@@ -165,11 +165,11 @@ def picture_of_levels(view: View, cells: Cells) -> tuple[str, np.ndarray]:
     return f"{caption} and their planes", edges_over(view, cells, chosen, image)
 
 
-def picture_of_leaves(view: View, cells: Cells) -> tuple[str, np.ndarray]:
-    """Return caption and image of leaves: edges of those with triangles, tints of empty ones."""
+def picture_of_leaves(view: View, cells: Cells, item_name: str) -> tuple[str, np.ndarray]:
+    """Return caption and image of leaves: edges of those with items, tints of empty ones."""
     leaves = cells.is_leaf & (cells.count > 0)
     n_leaves = int(leaves.sum())
-    caption = f"{show_integer(n_leaves)} {'leaf' if n_leaves == 1 else 'leaves'} with triangles"
+    caption = f"{show_integer(n_leaves)} {'leaf' if n_leaves == 1 else 'leaves'} with {item_name}s"
     if n_leaves > MOST_CELLS:
         # Every k-th: an even thinning keeps the shape.
         keep = np.flatnonzero(leaves)[:: -(-n_leaves // MOST_CELLS)]
@@ -355,8 +355,9 @@ def heading(scene: str, structure: str, settings: Any) -> str:
 
 
 ABOUT = """<p>Cells and planes are coloured by depth, from blue (root) to red (deepest); cells of a
-grid by their number of triangles. Empty leaves are tinted blue. Lines behind the mesh are faint. A
-ray is black; it enters inner nodes (grey), leaves with triangles (orange) and empty ones (blue),
-skips empty regions (violet), and tests triangles (pink); a red star is a hit that is postponed, and
-the triangle it hits in the end is green. Arrows follow the links (ropes) of a leaf.</p>
+grid by their number of items, such as triangles. Empty leaves are tinted blue. Lines behind the
+scene's surface are faint. A ray is black; it enters inner nodes (grey), leaves with items (orange)
+and empty ones (blue), skips empty regions (violet), and tests triangles and solids (pink); a red
+star is a hit that is postponed, and what it hits in the end is green. Arrows follow the links
+(ropes) of a leaf.</p>
 """

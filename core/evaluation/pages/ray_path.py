@@ -24,15 +24,16 @@ from ...contract.protocols import Linked, Skipping
 from ...contract.steps import Steps
 from ...contract.structure import Structure
 from ...geometry.box_shape import box_segments
+from ...geometry.geometry import lines_of
 from ...geometry.marks import arrows, cone_lines, stars
 from ...geometry.rays import Rays
 from ...progress import SILENT, Progress
 
 STAR_SIZE = 0.03
-"""Size of the marks of hits, as a share of the way to them; at most that of the triangle."""
+"""Size of the marks of hits, as a share of the way to them; at most that of the primitive."""
 
 MOST_TESTED = 2000
-"""Triangles tested that are drawn, the last; of a naive walk more would be a grey mass."""
+"""Primitives tested that are drawn, the last; of a naive walk more would be a grey mass."""
 
 VISITS = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
 
@@ -134,13 +135,13 @@ def segments_of(
 
     The ray up to its hit, or until it has left the scene; the edges of every cell it entered (inner
     nodes faint, empty leaves in another colour), or of the region that was skipped from there; the
-    outlines of the triangles tested; the outline of the triangle that is hit, and a star at the
-    hit; the same in another colour for hits that were postponed.
+    outlines of the primitives tested; the outline of that which is hit, and a star at the hit; the
+    same in another colour for hits that were postponed.
 
     Parameters
     ----------
     event : int, optional
-        Only what happened up to this event, whose own cell and triangle stand out.
+        Only what happened up to this event, whose own cell and primitive stand out.
 
     Returns
     -------
@@ -149,7 +150,7 @@ def segments_of(
     """
     pieces = list(_cone(walk, palette) if walk.half_angle else _ray(walk, event, palette))
     pieces += _cells(walk, event, palette)
-    pieces += (_covered if walk.half_angle else _triangles)(walk, event, palette)
+    pieces += (_covered if walk.half_angle else _primitives)(walk, event, palette)
     if event is not None:
         pieces += _current(walk, event, palette)
     return _coloured(pieces)
@@ -219,20 +220,19 @@ def skipped_regions(walk: Walk, numbers: np.ndarray) -> dict[int, np.ndarray]:
     return {number: region for number, region in found.items() if region is not None}
 
 
-def _triangles(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
-    """Draw the triangles that were tested, postponed and found."""
-    steps, scene = walk.steps, walk.structure.scene
+def _primitives(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
+    """Draw what was tested, postponed and found."""
+    steps = walk.steps
     tested, postponed, hits = (steps.events_of(kind, event) for kind in (TEST, POSTPONE, HIT))
     yield _sides(walk, np.unique(steps.primitive[tested[-MOST_TESTED:]])), palette.tested
     yield _sides(walk, np.unique(steps.primitive[postponed])), palette.postponed
     nearest = np.sort(np.concatenate([postponed[-1:], hits[-1:]]))[-1:]
     yield _sides(walk, steps.primitive[nearest]), palette.found
     for events, colour in ((hits[-1:], palette.found), (postponed, palette.postponed)):
-        corners = scene.triangles[steps.primitive[events]]
-        longest = np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(axis=1, initial=0.0)
         points = walk.at(steps.t_enter[events])
         way = np.linalg.norm(points - walk.rays.origins[walk.ray], axis=1)
-        yield stars(points, np.minimum(longest, STAR_SIZE * way)), colour
+        sizes = _sizes(walk, steps.primitive[events])
+        yield stars(points, np.minimum(sizes, STAR_SIZE * way)), colour
 
 
 def _current(walk: Walk, event: int, palette: Palette) -> Iterator[Piece]:
@@ -250,10 +250,26 @@ def _outlines(cells: Cells, numbers: np.ndarray) -> np.ndarray:
     return wires_of(cells, cells.places_of(numbers)).segments()
 
 
+def _lines_of(walk: Walk, primitives: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return lines that show primitives at the time of the ray, and the place of each one's own."""
+    time = float(walk.rays.times[walk.ray])
+    return lines_of(walk.structure.scene.geometry, primitives, time)
+
+
 def _sides(walk: Walk, primitives: np.ndarray) -> np.ndarray:
-    """Return the sides of triangles."""
-    corners = walk.structure.scene.triangles[primitives]
-    return corners[:, [(0, 1), (1, 2), (2, 0)]].reshape(-1, 2, 3)
+    """Return lines that show primitives."""
+    return _lines_of(walk, primitives)[0]
+
+
+def _sizes(walk: Walk, primitives: np.ndarray) -> np.ndarray:
+    """Return the longest sides of the boxes around primitives, (n,)."""
+    segments, owners = _lines_of(walk, primitives)
+    low, high = np.full((2, len(primitives), 3), np.inf)
+    high = -high
+    for end in range(2):
+        np.minimum.at(low, owners, segments[:, end])
+        np.maximum.at(high, owners, segments[:, end])
+    return np.maximum(high - low, 0.0).max(axis=1, initial=0.0)
 
 
 def _until_outside(walk: Walk) -> float:
@@ -324,7 +340,7 @@ def links_of(
 # ------------------------------------------------------------------------------------- in words
 
 
-def event_text(steps: Steps, event: int) -> str:
+def event_text(steps: Steps, event: int, primitive_name: str = "triangle") -> str:
     """Say what happens in an event: ``"visit leaf 203, t = 1.2 to 1.5"``."""
     kind, cell = int(steps.kind[event]), int(steps.cell[event])
     primitive = int(steps.primitive[event])
@@ -333,7 +349,7 @@ def event_text(steps: Steps, event: int) -> str:
     if kind == JUMP:
         text += f" over {primitive}"
     elif primitive >= 0:
-        text += f" triangle {primitive}"
+        text += f" {primitive_name} {primitive}"
     elif cell >= 0:
         text += f" {cell}"
     if kind in (TEST, VOLUME_TEST) and not np.isfinite(enter):
@@ -349,17 +365,18 @@ def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
     n = [len(steps.events_of(kind, event)) for kind in range(len(KIND_NAMES))]
     empty = steps.cell[steps.events_of(VISIT_EMPTY, event)]
     skipped = np.isin(empty, list(skipped_regions(walk, np.unique(empty))))
-    several = "triangles tested"
+    item, primitive = walk.structure.scene.item_name, walk.structure.scene.primitive_name
+    several = f"{primitive}s tested"
     if n[TEST] > MOST_TESTED:
         several += f", drawn: the last {MOST_TESTED}"
     counts = (
         ("inner", n[VISIT_INNER], "inner node", "inner nodes"),
-        ("leaf", n[VISIT_LEAF], "leaf with triangles", "leaves with triangles"),
+        ("leaf", n[VISIT_LEAF], f"leaf with {item}s", f"leaves with {item}s"),
         ("empty", (~skipped).sum(), "empty leaf", "empty leaves"),
         ("skipped", skipped.sum(), "skip of an empty region", "skips of empty regions"),
-        ("tested", n[TEST], "triangle tested", several),
+        ("tested", n[TEST], f"{primitive} tested", several),
         *(
-            [("found", len(walk.met(event)), "triangle met", "triangles met")]
+            [("found", len(walk.met(event)), f"{primitive} met", f"{primitive}s met")]
             if walk.half_angle
             else [
                 ("postponed", n[POSTPONE], "hit postponed", "hits postponed"),

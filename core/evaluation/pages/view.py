@@ -63,7 +63,7 @@ class View:
         points = rays.origins[hit] + hits.t[hit, None] * rays.directions[hit]
         normals = normals_at(scene.geometry, hits.primitive[hit], points, rays.times[hit])
         forward, right, up = camera_axes(self.camera)
-        normals *= -np.sign(normals @ forward)[:, None]
+        normals *= -np.sign((normals * rays.directions[hit]).sum(axis=1, keepdims=True))
         # A key light over the viewer's left shoulder, and a fill from the front.
         key = -0.5 * forward - 0.45 * right + 0.75 * up
         key /= np.linalg.norm(key)

@@ -13,8 +13,9 @@ import numpy as np
 from ...errors import InputError
 from ..triangles import reach_of
 
-# Imported for what they register: triangles around items, and normals.
+# Imported for what they register: triangles around items, normals, lines to draw.
 from . import hulls as hulls
+from . import lines as lines
 from . import normals as normals
 from .description import Item, MovingTriangle, Placed, Polygon, Triangle
 from .frames import DEPENDENT, FRAMES, place

@@ -28,6 +28,7 @@ from .mixed import (
     TRIANGLE,
     Mixed,
 )
+from .moving_triangle import corners_at
 
 
 @normals_at.register
@@ -56,8 +57,7 @@ def _(geometry: Mixed, primitives: np.ndarray, points: np.ndarray, times: np.nda
 
 def _across_corners(rows: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return vectors at right angles to triangles where they are at some times."""
-    start, end, time = rows[:, :3], rows[:, 3:], times[:, None, None]
-    corners = np.where(time == 1.0, end, start + time * (end - start))
+    corners = corners_at(rows, times)
     return np.cross(
         units_of(corners[:, 1] - corners[:, 0])[0], units_of(corners[:, 2] - corners[:, 0])[0]
     )
