@@ -15,6 +15,7 @@ import numpy as np
 from ..core.contract.cells import Cells
 from ..core.contract.steps import Steps
 from ..core.contract.structure import Structure
+from ..core.contract.within import cells_with_instances
 from ..core.errors import InputError
 from ..core.evaluation.rays.workloads import Workload, workload_named
 from ..core.evaluation.records import experiment, report
@@ -186,8 +187,12 @@ def walk(built: Built, traced: Traced, ray: int) -> Steps:
 
 
 def cells(built: Built) -> Cells:
-    """Return the cells or nodes: ``.boxes`` (n, 6), ``.depth``, ``.is_leaf``, ``.count``, ..."""
-    return built.structure.cells()
+    """Return the cells or nodes: ``.boxes`` (n, 6), ``.depth``, ``.is_leaf``, ``.count``, ...
+
+    Over instances, their boxes and the nodes of their meshes' trees follow, as
+    ``.extra["level"]`` and ``.extra["instance"]`` say; ``.own()`` leaves those out.
+    """
+    return cells_with_instances(built.structure)
 
 
 def record(built: Built, traced: Traced | None = None) -> dict[str, Any]:

@@ -55,6 +55,7 @@ class ACCELSCOPE_OT_show_links(jobs.JobOperator, bpy.types.Operator):
         built, cells = session.current.built, session.current.cells
         assert built is not None
         assert cells is not None
+        cells = cells.own()
         structure: Any = built.structure
         asked = self.leaf
         cursor = np.array(context.scene.cursor.location)

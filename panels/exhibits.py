@@ -8,6 +8,7 @@ import bpy
 
 from ..addon import jobs
 from ..addon.results import session
+from ..addon.results.wording import in_panel
 from ..addon.settings import properties
 from .base import SidebarPanel, draw_job, draw_range, draw_wrapped
 
@@ -50,7 +51,7 @@ class VIEW3D_PT_accelscope_exhibits(SidebarPanel, bpy.types.Panel):
 
         left_out = exhibits_left_out(session.current.built.structure)
         if left_out:
-            draw_wrapped(layout.column(align=True), left_out, "INFO", width)
+            draw_wrapped(layout.column(align=True), in_panel(left_out), "INFO", width)
         lines = layout.column(align=True)
         frame = showcase.frame_shown
         if showcase.shown is None or frame is None:

@@ -23,9 +23,13 @@ def in_words(drawable: Drawable, display: Any) -> str:
         limits.append(f"{spaced(selection.MAXIMUM_DRAWN)} are drawn")
     if limits:
         text += f" (at most {', '.join(limits)})"
-    if drawable.n_shaped and drawable.n_shaped < len(sections.order):
+    # Beside those within instances, boxes are what they are.
+    is_cut = drawable.cells.n_own is None and drawable.n_shaped < len(sections.order)
+    if drawable.n_shaped and is_cut:
         text += f"; the {spaced(drawable.n_shaped)} nearest to the root in their shape, "
         text += "deeper ones as the boxes around them"
+    for sentence in drawable.cells.left_out:
+        text += f"; {sentence}"
     filled = selection.MAXIMUM_FILLED
     if display.tint_empty and drawable.n_empty > filled:
         text += f"; tinting {spaced(filled)} of {spaced(drawable.n_empty)} empty leaves"

@@ -52,12 +52,13 @@ class Outcome(NamedTuple):
         Cancelled
             From `progress`.
         """
+        from ...core.contract.within import cells_with_instances
         from ...core.evaluation.records.experiment import make_record
         from ...core.lessons import exhibits_of
 
         structure = built.structure
         record = more | make_record(built, None, progress)
-        drawable = make_drawable(structure.cells(progress), progress)
+        drawable = make_drawable(cells_with_instances(structure, progress), progress)
         return cls(snapshot, built, drawable, record, exhibits_of(structure, history))
 
 
@@ -69,9 +70,11 @@ def drawable_if_made(traced: Traced, built: Built, progress: Progress = SILENT) 
     Cancelled
         From `progress`.
     """
+    from ...core.contract.within import cells_with_instances
+
     if traced.made is None or not traced.made.cells:
         return None
-    return make_drawable(built.structure.cells(progress), progress)
+    return make_drawable(cells_with_instances(built.structure, progress), progress)
 
 
 def seen_from(built: Built, shape: Scene, view: View) -> Built:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -41,13 +43,21 @@ class Cells:
         was divided, that of which it became a child where it was merged; NEVER for those that stay.
         It and ``order`` are there if the build was asked for a log (:mod:`.build_log`).
     faces : Polygons, optional
-        Of cells that are not boxes. Cells behind the last owner are drawn as their boxes.
+        Of cells that are not boxes. Cells behind the last owner are drawn as their boxes, and so
+        are those that `is_box` names.
     planes : Polygons, optional
         The planes that cut inner nodes, each clipped to its cell.
     areas : (n,) float64, optional
         Surface areas of cells that are not boxes.
     parent : (n,) int32, optional
         Number of the cell that each was divided from, -1 for roots; None if all are roots.
+    is_box, is_dashed : (n,) bool, optional
+        Which cells are drawn as their boxes, and which with dashed edges.
+    n_own : int, optional
+        So many cells are the structure's own; those behind are within instances, see
+        :mod:`.within`.
+    left_out : tuple of str
+        What is there and not among the cells: counts of what is, such as ``"2 000 of ..."``.
     space : {OBJECT, DIRECTIONS, RAYS, IMAGE}
         What `boxes` and polygons lie in.
     """
@@ -64,6 +74,10 @@ class Cells:
     replaced: np.ndarray | None = None
     parent: np.ndarray | None = None
     space: str = OBJECT
+    is_box: np.ndarray | None = None
+    is_dashed: np.ndarray | None = None
+    n_own: int | None = None
+    left_out: tuple[str, ...] = ()
 
     @classmethod
     def sorted_by_depth(
@@ -98,6 +112,24 @@ class Cells:
 
     def __len__(self) -> int:
         return len(self.boxes)
+
+    def own(self) -> Cells:
+        """Return the structure's own cells, without those within instances."""
+        n = self.n_own
+        if n is None:
+            return self
+
+        def part(values: Any) -> Any:
+            return None if values is None else values[:n]
+
+        return dataclasses.replace(
+            self, boxes=self.boxes[:n], numbers=self.numbers[:n], depth=self.depth[:n],
+            is_leaf=self.is_leaf[:n], count=self.count[:n],
+            extra={name: values[:n] for name, values in self.extra.items()},
+            faces=first_owners(self.faces, n), planes=first_owners(self.planes, n),
+            replaced=part(self.replaced), areas=part(self.areas), parent=part(self.parent),
+            is_box=part(self.is_box), is_dashed=None, n_own=None, left_out=(),
+        )  # fmt: skip
 
     @functools.cached_property
     def _by_number(self) -> tuple[np.ndarray, np.ndarray]:
@@ -164,6 +196,15 @@ def reowned(polygons: Polygons, place: np.ndarray) -> Polygons:
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     before = ranges(polygons.offsets[:-1][order], sizes)
     return Polygons(polygons.points[before], offsets, owners[order])
+
+
+def first_owners(polygons: Polygons | None, most: int) -> Polygons | None:
+    """Return the polygons of the first so many owners; None if there are none."""
+    if polygons is None:
+        return None
+    count = int(np.searchsorted(polygons.owners, most))
+    offsets = polygons.offsets[: count + 1]
+    return Polygons(polygons.points[: offsets[-1]], offsets, polygons.owners[:count])
 
 
 def planes_across(boxes: np.ndarray, axis: int, position: np.ndarray) -> np.ndarray:

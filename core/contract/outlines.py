@@ -25,6 +25,10 @@ AT_ONCE = 1000
 """Polyhedra whose edges are found together."""
 
 
+DASHES = 6
+"""Dashes of an edge: few enough to be told apart, and enough for none to be taken for an edge."""
+
+
 class Wires(NamedTuple):
     """Edges without faces.
 
@@ -63,18 +67,18 @@ def wires_of(cells: Cells, places: np.ndarray, progress: Progress = SILENT) -> W
     Cancelled
         From `progress`.
     """
-    shaped, boxes = by_shape(cells, places)
+    shaped, boxes = _by_faces(cells, places)
     points = corners_of(cells.boxes[boxes]).reshape(-1, 3)
     edges = (8 * np.arange(len(boxes))[:, None, None] + EDGES).reshape(-1, 2)
     owners = np.repeat(boxes, 8)
     if cells.faces is None:
-        return Wires(points, edges, owners)
+        return _dashed(cells, Wires(points, edges, owners))
     parts = []
     # Not too many at once: what is sorted should stay in the cache, and a cancel is noticed.
     for first in range(0, len(shaped), AT_ONCE):
         progress.report(first, len(shaped), "Finding edges")
         parts.append(_joined(_chosen(cells.faces, shaped[first : first + AT_ONCE]), cells.boxes))
-    return _all_of([*parts, Wires(points, edges, owners)])
+    return _dashed(cells, _all_of([*parts, Wires(points, edges, owners)]))
 
 
 def _all_of(parts: Sequence[Wires]) -> Wires:
@@ -88,11 +92,42 @@ def _all_of(parts: Sequence[Wires]) -> Wires:
 
 
 def by_shape(cells: Cells, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return those of some ascending places that are drawn by their faces, and the boxes."""
+    """Return those of some ascending places that are drawn edge by edge, and the boxes."""
+    shaped, boxes = _by_faces(cells, places)
+    if cells.is_dashed is None:
+        return shaped, boxes
+    is_dashed = cells.is_dashed[boxes]
+    return np.sort(np.concatenate([shaped, boxes[is_dashed]])), boxes[~is_dashed]
+
+
+def _by_faces(cells: Cells, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return those of some ascending places whose edges are those of their faces, and the boxes."""
     if cells.faces is None:
         return places[:0], places
-    beyond = cells.faces.owners.max(initial=-1)
-    return places[places <= beyond], places[places > beyond]
+    is_shaped = places <= cells.faces.owners.max(initial=-1)
+    if cells.is_box is not None:
+        is_shaped &= ~cells.is_box[places]
+    return places[is_shaped], places[~is_shaped]
+
+
+def dashes_of(segments: np.ndarray) -> np.ndarray:
+    """Return segments, (n, 2, 3), as DASHES dashes each, one at either end, (DASHES n, 2, 3)."""
+    ends = np.arange(2 * DASHES).reshape(1, DASHES, 2, 1) / (2 * DASHES - 1)
+    begin, end = segments[:, None, :1], segments[:, None, 1:]
+    return ((1.0 - ends) * begin + ends * end).reshape(-1, 2, 3)
+
+
+def _dashed(cells: Cells, wires: Wires) -> Wires:
+    """Return edges in the order of their cells, those of cells that are dashed in dashes."""
+    if cells.is_dashed is None:
+        return wires
+    owners, segments = wires.edge_owners(), wires.segments()
+    dashed = cells.is_dashed[owners]
+    segments = np.concatenate([segments[~dashed], dashes_of(segments[dashed])])
+    owners = np.concatenate([owners[~dashed], np.repeat(owners[dashed], DASHES)])
+    order = np.argsort(owners, kind="stable")
+    edges = np.arange(2 * len(order)).reshape(-1, 2)
+    return Wires(segments[order].reshape(-1, 3), edges, np.repeat(owners[order], 2))
 
 
 def outlines_of(polygons: Polygons) -> Wires:
@@ -120,14 +155,16 @@ def faces_of(cells: Cells, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     owners : (m,) int64
         Ascending.
     """
-    shaped, boxes = by_shape(cells, places)
+    shaped, boxes = _by_faces(cells, places)
     around = corners_of(cells.boxes[boxes])[:, SIDES]
     halves = around[:, :, [(0, 1, 2), (0, 2, 3)]].reshape(-1, 3, 3)
     owners = np.repeat(boxes, 12)
     if cells.faces is None:
         return halves, owners
     triangles, first_owners = triangles_of(_chosen(cells.faces, shaped))
-    return np.concatenate([triangles, halves]), np.concatenate([first_owners, owners])
+    owners = np.concatenate([first_owners, owners])
+    order = np.argsort(owners, kind="stable")
+    return np.concatenate([triangles, halves])[order], owners[order]
 
 
 def triangles_of(polygons: Polygons) -> tuple[np.ndarray, np.ndarray]:

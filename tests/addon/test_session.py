@@ -181,7 +181,7 @@ def test_changes_while_building_are_noticed(
     from accelscope.addon.results.outcome import Outcome
     from accelscope.core.evaluation.records.experiment import build
 
-    taken = current.take(bpy.context, "visible")
+    taken = current.take(bpy.context, "visible", "keep")
     structure = current.built.structure
     built.location.x = 1
     bpy.context.view_layer.update()

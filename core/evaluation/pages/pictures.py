@@ -15,6 +15,7 @@ from ...contract.events import VISIT_EMPTY, VISIT_LEAF
 from ...contract.outlines import faces_of, triangles_of, wires_of
 from ...contract.protocols import Linked
 from ...contract.structure import Structure
+from ...contract.within import cells_with_instances
 from ...geometry.box_shape import surface_area
 from ...geometry.rays import Rays
 from ...geometry.triangles import Triangles
@@ -31,6 +32,9 @@ from .view import View
 
 MOST_CELLS = 20_000
 """Cells in one picture; more of them are a grey mass."""
+
+MOST_WITHIN = 160
+"""Nodes within instances in one picture, if their roots are not more; levels are shown whole."""
 
 MOST_TINTED = 40_000
 """Empty leaves tinted in one picture: the largest."""
@@ -95,6 +99,8 @@ class Gallery:
         if not cells.is_leaf.all():
             pictures.append(("levels", *picture_of_levels(view, cells)))
         pictures.append(("leaves", *picture_of_leaves(view, cells, scene.item_name)))
+        if structure.levels:
+            pictures.append(("instances", *picture_of_instances(view, structure)))
         if "order" in cells.extra:
             for number, step in enumerate(steps_shown(cells), 1):
                 pictures.append((f"built-{number}", *picture_of_building(view, cells, step)))
@@ -196,6 +202,28 @@ def picture_of_leaves(view: View, cells: Cells, item_name: str) -> tuple[str, np
     return f"{caption} empty", edges_over(view, cells, leaves, image)
 
 
+def picture_of_instances(view: View, structure: Structure) -> tuple[str, np.ndarray]:
+    """Return caption and image of the boxes of instances, and of what is within them."""
+    cells = cells_with_instances(structure)
+    assert cells.n_own is not None
+    assert cells.is_dashed is not None
+    chosen = np.zeros(len(cells), dtype=bool)
+    # Of the trees as much as can be told apart; each level whole.
+    within = np.flatnonzero(~cells.is_dashed[cells.n_own :]) + cells.n_own
+    depths, per_depth = np.unique(cells.depth[within], return_counts=True)
+    shown = depths[np.cumsum(per_depth) <= max(MOST_WITHIN, int(per_depth[0]))]
+    chosen[within] = np.isin(cells.depth[within], shown)
+    chosen |= cells.is_dashed
+    n_boxes, n_nodes = int(cells.is_dashed.sum()), int(chosen.sum() - cells.is_dashed.sum())
+    caption = (
+        f"boxes of {show_integer(n_boxes)} instances, dashed; within them, each mesh once, "
+        f"{show_integer(n_nodes)} upper nodes of the meshes' trees"
+    )
+    if cells.left_out:
+        caption += f" ({'; '.join(cells.left_out)})"
+    return caption, edges_over(view, cells, chosen)
+
+
 def steps_shown(cells: Cells) -> list[int]:
     """Return when the building is shown: while there are few cells, so that one can tell them.
 
@@ -234,11 +262,17 @@ def walk_to_show(view: View, structure: Structure, cells: Cells, single: Rays | 
 
     def worth(walk: Walk) -> tuple[bool, int, int]:
         """Rate a ray that hits above one that does not, then one through many large leaves."""
-        entered = walk.steps.cell[np.isin(walk.steps.kind, (VISIT_LEAF, VISIT_EMPTY))]
+        entered = entered_by(walk)
         legible = LEGIBLE * widths[walk.ray] < sizes[entered]
         return bool(np.isfinite(walk.t_hit)), int(legible.sum()), -len(walk.steps)
 
     return max(walks, key=worth)
+
+
+def entered_by(walk: Walk) -> np.ndarray:
+    """Return the numbers of the structure's own leaves that a walk has entered."""
+    steps = walk.steps
+    return steps.cell[np.isin(steps.kind, (VISIT_LEAF, VISIT_EMPTY)) & (steps.level == 0)]
 
 
 def picture_of_ray(view: View, walk: Walk) -> tuple[str, np.ndarray]:
@@ -266,7 +300,7 @@ def picture_of_links(view: View, walk: Walk) -> tuple[str, np.ndarray]:
     """Return caption and image of the links (ropes) of the largest leaf that a walk enters."""
     cells, structure = walk.cells, walk.structure
     assert isinstance(structure, Linked)
-    entered = walk.steps.cell[np.isin(walk.steps.kind, (VISIT_LEAF, VISIT_EMPTY))]
+    entered = entered_by(walk)
     # A ray beside the scene enters none: then it is the largest of all.
     chosen = np.isin(cells.numbers, entered) if len(entered) else cells.is_leaf
     place = np.flatnonzero(chosen)

@@ -19,12 +19,14 @@ from ...contract.events import (
     VISIT_LEAF,
     VOLUME_TEST,
 )
-from ...contract.outlines import wires_of
+from ...contract.outlines import dashes_of, wires_of
 from ...contract.protocols import Linked, Skipping
 from ...contract.steps import Steps
 from ...contract.structure import Structure
+from ...contract.within import Space, chains_of, moved, space_of, within_of
 from ...geometry.box_shape import box_segments
 from ...geometry.geometry import lines_of
+from ...geometry.instances import Instanced, levels_of_mesh, lines_of_items
 from ...geometry.marks import arrows, cone_lines, stars
 from ...geometry.rays import Rays
 from ...progress import SILENT, Progress
@@ -127,6 +129,23 @@ class Walk(NamedTuple):
         """Return points (n, 3) on the ray."""
         return self.rays.origins[self.ray] + t[:, None] * self.rays.directions[self.ray]
 
+    @property
+    def levels(self) -> int:
+        """How deep instances lie within each other in what was walked; 0 without any."""
+        return levels_of_mesh(self.structure.scene.geometry)
+
+    def spaces_of(self, events: np.ndarray) -> Iterator[tuple[Space, np.ndarray]]:
+        """Yield the spaces in which some events happened, and which of them did in each."""
+        if not len(events):
+            return
+        if not self.levels:
+            yield space_of(self.structure, np.empty(0, dtype=np.int64)), events
+            return
+        chains = chains_of(self.steps, self.levels)[events]
+        spaces, which = np.unique(chains, axis=0, return_inverse=True)
+        for number, chain in enumerate(spaces):
+            yield space_of(self.structure, chain), events[which.ravel() == number]
+
 
 def segments_of(
     walk: Walk, event: int | None = None, palette: Palette = ON_DARK
@@ -192,18 +211,19 @@ def _cone(walk: Walk, palette: Palette) -> Iterator[Piece]:
 
 def _covered(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
     """Draw the triangles that were tested, and those among them that the cone meets."""
-    tested = np.unique(walk.steps.primitive[walk.steps.events_of(TEST, event)[-MOST_TESTED:]])
-    met = walk.met(event)
-    yield _sides(walk, np.setdiff1d(tested, met)), palette.tested
-    yield _sides(walk, met[-MOST_TESTED:]), palette.found
+    tested = walk.steps.events_of(TEST, event)
+    is_met = np.isfinite(walk.steps.t_enter[tested])
+    yield _items(walk, tested[-MOST_TESTED:][~is_met[-MOST_TESTED:]]), palette.tested
+    yield _items(walk, tested[is_met][-MOST_TESTED:]), palette.found
 
 
 def _cells(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
     """Draw the cells that were entered, or the regions that were skipped from them."""
-    inner, leaves, empty = (walk.steps.cell[walk.steps.events_of(kind, event)] for kind in VISITS)
-    yield _outlines(walk.cells, inner), palette.inner
-    yield _outlines(walk.cells, leaves), palette.leaf
-    empty = np.unique(empty)
+    steps = walk.steps
+    inner, leaves, empty = (steps.events_of(kind, event) for kind in VISITS)
+    yield _visited(walk, inner), palette.inner
+    yield _visited(walk, leaves), palette.leaf
+    empty = np.unique(steps.cell[empty[steps.level[empty] == 0]])
     regions = skipped_regions(walk, empty)
     alone = [number for number in empty.tolist() if number not in regions]
     yield _outlines(walk.cells, np.array(alone, dtype=np.int64)), palette.empty
@@ -224,25 +244,28 @@ def _primitives(walk: Walk, event: int | None, palette: Palette) -> Iterator[Pie
     """Draw what was tested, postponed and found."""
     steps = walk.steps
     tested, postponed, hits = (steps.events_of(kind, event) for kind in (TEST, POSTPONE, HIT))
-    yield _sides(walk, np.unique(steps.primitive[tested[-MOST_TESTED:]])), palette.tested
-    yield _sides(walk, np.unique(steps.primitive[postponed])), palette.postponed
+    # What is found within an instance may lie behind what was found before: the instance decides.
+    postponed, hits = (events[steps.level[events] == 0] for events in (postponed, hits))
+    yield _items(walk, tested[-MOST_TESTED:]), palette.tested
+    yield _items(walk, within_of(steps, postponed, walk.levels)), palette.postponed
     nearest = np.sort(np.concatenate([postponed[-1:], hits[-1:]]))[-1:]
-    yield _sides(walk, steps.primitive[nearest]), palette.found
+    yield _items(walk, within_of(steps, nearest, walk.levels)), palette.found
     for events, colour in ((hits[-1:], palette.found), (postponed, palette.postponed)):
+        inside = within_of(steps, events, walk.levels)
+        sizes = np.array([_size(_items(walk, inside[k : k + 1])) for k in range(len(inside))])
         points = walk.at(steps.t_enter[events])
         way = np.linalg.norm(points - walk.rays.origins[walk.ray], axis=1)
-        sizes = _sizes(walk, steps.primitive[events])
         yield stars(points, np.minimum(sizes, STAR_SIZE * way)), colour
 
 
 def _current(walk: Walk, event: int, palette: Palette) -> Iterator[Piece]:
     """Draw what an event is about."""
     kind, cell = int(walk.steps.kind[event]), int(walk.steps.cell[event])
-    primitive = walk.steps.primitive[event : event + 1]
-    if primitive[0] >= 0 and kind != JUMP:
-        yield _sides(walk, primitive), palette.current
+    only = np.array([event])
+    if walk.steps.primitive[event] >= 0 and kind != JUMP:
+        yield _items(walk, only), palette.current
     elif kind in VISITS and cell >= 0:
-        yield _outlines(walk.cells, np.array([cell])), palette.current
+        yield _visited(walk, only), palette.current
 
 
 def _outlines(cells: Cells, numbers: np.ndarray) -> np.ndarray:
@@ -250,26 +273,34 @@ def _outlines(cells: Cells, numbers: np.ndarray) -> np.ndarray:
     return wires_of(cells, cells.places_of(numbers)).segments()
 
 
-def _lines_of(walk: Walk, primitives: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return lines that show primitives at the time of the ray, and the place of each one's own."""
+def _visited(walk: Walk, events: np.ndarray) -> np.ndarray:
+    """Return the edges of the cells that are visited in some events, each once."""
+    steps = walk.steps
+    pieces = [_outlines(walk.cells, steps.cell[events[steps.level[events] == 0]])]
+    for space, there in walk.spaces_of(events[steps.level[events] > 0]):
+        assert space.boxes is not None
+        pieces.append(moved(box_segments(space.boxes[np.unique(steps.cell[there])]), space.matrix))
+    return np.concatenate(pieces)
+
+
+def _items(walk: Walk, events: np.ndarray) -> np.ndarray:
+    """Return lines that show what some events are about, each once; of instances dashed boxes."""
+    pieces = [np.empty((0, 2, 3))]
     time = float(walk.rays.times[walk.ray])
-    return lines_of(walk.structure.scene.geometry, primitives, time)
+    for space, there in walk.spaces_of(events):
+        numbers = np.unique(walk.steps.primitive[there])
+        if isinstance(space.geometry, Instanced):
+            lines = dashes_of(lines_of_items(space.geometry, numbers))
+        else:
+            lines, _ = lines_of(space.geometry, numbers, time)
+        pieces.append(lines if space.boxes is None else moved(lines, space.matrix))
+    return np.concatenate(pieces)
 
 
-def _sides(walk: Walk, primitives: np.ndarray) -> np.ndarray:
-    """Return lines that show primitives."""
-    return _lines_of(walk, primitives)[0]
-
-
-def _sizes(walk: Walk, primitives: np.ndarray) -> np.ndarray:
-    """Return the longest sides of the boxes around primitives, (n,)."""
-    segments, owners = _lines_of(walk, primitives)
-    low, high = np.full((2, len(primitives), 3), np.inf)
-    high = -high
-    for end in range(2):
-        np.minimum.at(low, owners, segments[:, end])
-        np.maximum.at(high, owners, segments[:, end])
-    return np.maximum(high - low, 0.0).max(axis=1, initial=0.0)
+def _size(segments: np.ndarray) -> float:
+    """Return the longest side of the box around segments."""
+    points = segments.reshape(-1, 3)
+    return float((points.max(axis=0) - points.min(axis=0)).max()) if len(points) else 0.0
 
 
 def _until_outside(walk: Walk) -> float:
@@ -290,6 +321,7 @@ def leaf_at(cells: Cells, point: np.ndarray) -> int | None:
 
     Of several, as of boxes that overlap, the smallest.
     """
+    cells = cells.own()
     inside = cells.is_leaf & (cells.boxes[:, :3] <= point).all(axis=1)
     inside &= (point <= cells.boxes[:, 3:]).all(axis=1)
     places = np.flatnonzero(inside)
@@ -345,13 +377,18 @@ def event_text(steps: Steps, event: int, primitive_name: str = "triangle") -> st
     kind, cell = int(steps.kind[event]), int(steps.cell[event])
     primitive = int(steps.primitive[event])
     enter, leave = float(steps.t_enter[event]), float(steps.t_exit[event])
+    levels = max((counter.level for counter in steps.counters), default=0)
+    level = int(steps.level[event])
     text = KIND_NAMES[kind]
     if kind == JUMP:
         text += f" over {primitive}"
     elif primitive >= 0:
-        text += f" {primitive_name} {primitive}"
+        text += f" {primitive_name if level == levels else 'instance'} {primitive}"
     elif cell >= 0:
         text += f" {cell}"
+    if level:
+        chain = chains_of(steps, levels)[event, :level].tolist()
+        text += f" in instance {', '.join(map(str, chain))}"
     if kind in (TEST, VOLUME_TEST) and not np.isfinite(enter):
         return f"{text}: missed"
     if kind in (TEST, VOLUME_TEST, HIT, POSTPONE):
@@ -362,21 +399,27 @@ def event_text(steps: Steps, event: int, primitive_name: str = "triangle") -> st
 def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
     """Return what was drawn: fields of the palette, each with a text that counts it."""
     steps = walk.steps
-    n = [len(steps.events_of(kind, event)) for kind in range(len(KIND_NAMES))]
-    empty = steps.cell[steps.events_of(VISIT_EMPTY, event)]
+    events = [steps.events_of(kind, event) for kind in range(len(KIND_NAMES))]
+    n = [int((steps.level[each] == 0).sum()) for each in events]
+    empty = steps.cell[events[VISIT_EMPTY][steps.level[events[VISIT_EMPTY]] == 0]]
     skipped = np.isin(empty, list(skipped_regions(walk, np.unique(empty))))
     item, primitive = walk.structure.scene.item_name, walk.structure.scene.primitive_name
-    several = f"{primitive}s tested"
-    if n[TEST] > MOST_TESTED:
+    several = f"{item}s tested"
+    if len(events[TEST]) > MOST_TESTED:
         several += f", drawn: the last {MOST_TESTED}"
+    inside = [len(each) - own for each, own in zip(events, n, strict=True)]
+    at_bottom = int((steps.level[events[TEST]] == walk.levels).sum()) if walk.levels else 0
     counts = (
         ("inner", n[VISIT_INNER], "inner node", "inner nodes"),
         ("leaf", n[VISIT_LEAF], f"leaf with {item}s", f"leaves with {item}s"),
         ("empty", (~skipped).sum(), "empty leaf", "empty leaves"),
         ("skipped", skipped.sum(), "skip of an empty region", "skips of empty regions"),
-        ("tested", n[TEST], f"{primitive} tested", several),
+        ("tested", n[TEST], f"{item} tested", several),
+        ("inner", inside[VISIT_INNER], "inner node in an instance", "inner nodes in instances"),
+        ("leaf", inside[VISIT_LEAF], "leaf in an instance", "leaves in instances"),
+        ("tested", at_bottom, f"{primitive} tested", f"{primitive}s tested"),
         *(
-            [("found", len(walk.met(event)), f"{primitive} met", f"{primitive}s met")]
+            [("found", len(walk.met(event)), f"{item} met", f"{item}s met")]
             if walk.half_angle
             else [
                 ("postponed", n[POSTPONE], "hit postponed", "hits postponed"),

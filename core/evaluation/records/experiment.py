@@ -25,8 +25,11 @@ from ...contract.counters import Counts
 from ...contract.figures import of_keys
 from ...contract.structure import Hits, Made, Structure
 from ...errors import InputError
-from ...geometry.instances import Instanced, primitives_in, stored_in
+from ...geometry.instances import Instanced, instanced, levels_of_mesh, primitives_in, stored_in
 from ...geometry.rays import ALL, Rays, joined_rays
+from ...geometry.solids.description import Sphere
+from ...geometry.solids.mixed import Mixed
+from ...geometry.triangles import Triangles
 from ...kernels import announcing
 from ...parallel import core_count
 from ...progress import SILENT, Progress
@@ -92,34 +95,68 @@ def build(
         From `progress`.
     """
     structure_type.refuse_too_large(scene, settings)
-    warm_up(structure_type, settings, progress)
+    warm_up(structure_type, settings, progress, scene.geometry)
     start = time.perf_counter()
     structure = structure_type.build(scene, settings, progress, log=log)
     return Built(structure, time.perf_counter() - start)
 
 
-def warm_up(structure_type: type[Structure], settings: Any, progress: Progress = SILENT) -> None:
+def warm_up(
+    structure_type: type[Structure],
+    settings: Any,
+    progress: Progress = SILENT,
+    geometry: Any = None,
+) -> None:
     """Compile the kernels of a structure, or load them from the cache; announce a compilation.
 
     Other choices, such as another walk, have other kernels, and so may switches; numbers have not.
+
+    Parameters
+    ----------
+    geometry : NamedTuple of arrays, optional
+        What it is to be built over, if not triangles: other kinds have other kernels.
     """
     choices = {
         field.name: getattr(settings, field.name)
         for field in dataclasses.fields(settings)
         if isinstance(field.default, (bool, str))
     }
-    # Enough of a muddle that even what only improves a poor tree has something to do.
-    random = np.random.default_rng(1)
-    corners = random.random((60, 1, 3)) + 0.05 * random.random((60, 3, 3))
-    tiny = Scene.from_triangles(corners, "warm-up")
+    tiny = tiny_scene_like(geometry)
     names = structure_type.answers or (*CLASS_NAMES, "ray")
     count = len(names)
     rays = Rays.from_arrays(
         np.zeros((count, 3)), np.ones((count, 3)), classes=np.arange(count), class_names=names
     )
-    with announcing(progress, structure_type.name):
+    # What refuses other items than triangles will say so of the scene itself.
+    refusing = contextlib.nullcontext() if is_triangles(tiny) else contextlib.suppress(InputError)
+    with announcing(progress, structure_type.name), refusing:
         structure = structure_type.build(tiny, structure_type.Settings(**choices))
         structure.trace(rays, ALL, threads=1)
+
+
+def is_triangles(scene: Scene) -> bool:
+    """Say whether a scene holds triangles alone."""
+    return isinstance(scene.geometry, Triangles)
+
+
+def tiny_scene_like(geometry: Any = None) -> Scene:
+    """Return a scene of the kind of a geometry: instances as deep, of triangles or solids."""
+    # Enough of a muddle that even what only improves a poor tree has something to do.
+    random = np.random.default_rng(1)
+    corners = random.random((60, 1, 3)) + 0.05 * random.random((60, 3, 3))
+    bottom = geometry
+    while isinstance(bottom, Instanced):
+        bottom = bottom.meshes[0]
+    if isinstance(bottom, Mixed):
+        scene = Scene.from_items([Sphere(corner[0], 0.05) for corner in corners], "warm-up")
+    else:
+        scene = Scene.from_triangles(corners, "warm-up")
+    for _ in range(levels_of_mesh(geometry)):
+        places = np.tile(np.eye(3, 4), (len(corners), 1, 1))
+        places[:, :, 3] = corners[:, 0]
+        many = instanced([scene.geometry], np.zeros(len(places), np.int32), places)
+        scene = Scene.from_instances(many, "warm-up")
+    return scene
 
 
 def trace(

@@ -11,8 +11,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ...contract.counters import counters_within
 from ...contract.figures import look_up
 from ...contract.structure import Structure
+from ...geometry.instances import MOST_LEVELS
 from ...memory import in_words
 from ...printing import printable
 from ...settings import to_json
@@ -186,6 +188,10 @@ def rows_of(structure: type[Structure]) -> list[Row]:
         *(
             Row("Per ray", each.label, ("trace", each.name), "", each.column)
             for each in structure.COUNTERS
+        ),
+        *(  # of records over instances
+            Row("Per ray", each.label, ("trace", each.name), "")
+            for each in counters_within(MOST_LEVELS)
         ),
     ]
 
