@@ -304,6 +304,25 @@ def event_by_event() -> Steps:
 
 
 @session.step
+def cone() -> Steps:
+    """A cone around the ray, what it meets, and both baked."""
+    settings().ray_index = int(np.flatnonzero(results().traced.hits.primitive >= 0)[3])
+    settings().cone_angle = np.radians(0.7)
+    yield from session.press("accelscope.step_ray(")
+    over_viewport()
+    yield 0.5
+    station("cone")
+    assert "degrees around it meets" in results().hit_text()
+    yield from session.press("accelscope.bake(")
+    yield (
+        lambda: running() is None and any(each.name.endswith("Walk") for each in bpy.data.objects)
+    )
+    for made in [each for each in bpy.data.objects if each.name.endswith(("Walk", "Cells"))]:
+        bpy.data.objects.remove(made)
+    reset(settings(), "cone_angle")
+
+
+@session.step
 def statistics() -> Steps:
     """The figures, at the end of the tab."""
     yield from session.find("accelscope.export(")

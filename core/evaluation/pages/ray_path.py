@@ -37,6 +37,12 @@ STAR_SIZE = 0.03
 MOST_TESTED = 2000
 """Primitives tested that are drawn, the last; of a naive walk more would be a grey mass."""
 
+MOST_MET = 20_000
+"""Triangles that a cone meets and that are drawn, the first."""
+
+FAINT = 0.4
+"""Opacity of what a cone has entered, relative to that of a ray: there is much more of it."""
+
 VISITS = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
 
 Colour = tuple[float, float, float, float]
@@ -167,6 +173,12 @@ def segments_of(
     segments : (k, 2, 3) float64
     colours : (k, 4) float64
     """
+    if walk.half_angle:
+        entered = {
+            name: (*getattr(palette, name)[:3], FAINT * getattr(palette, name)[3])
+            for name in ("inner", "leaf", "empty")
+        }
+        palette = palette._replace(**entered)
     pieces = list(_cone(walk, palette) if walk.half_angle else _ray(walk, event, palette))
     pieces += _cells(walk, event, palette)
     pieces += (_covered if walk.half_angle else _primitives)(walk, event, palette)
@@ -214,7 +226,7 @@ def _covered(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]
     tested = walk.steps.events_of(TEST, event)
     is_met = np.isfinite(walk.steps.t_enter[tested])
     yield _items(walk, tested[-MOST_TESTED:][~is_met[-MOST_TESTED:]]), palette.tested
-    yield _items(walk, tested[is_met][-MOST_TESTED:]), palette.found
+    yield _items(walk, tested[is_met][:MOST_MET]), palette.found
 
 
 def _cells(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
@@ -409,6 +421,8 @@ def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
         several += f", drawn: the last {MOST_TESTED}"
     inside = [len(each) - own for each, own in zip(events, n, strict=True)]
     at_bottom = int((steps.level[events[TEST]] == walk.levels).sum()) if walk.levels else 0
+    met = len(walk.met(event)) if walk.half_angle else 0
+    first = f", drawn: the first {MOST_MET}" * (met > MOST_MET)
     counts = (
         ("inner", n[VISIT_INNER], "inner node", "inner nodes"),
         ("leaf", n[VISIT_LEAF], f"leaf with {item}s", f"leaves with {item}s"),
@@ -419,7 +433,7 @@ def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
         ("leaf", inside[VISIT_LEAF], "leaf in an instance", "leaves in instances"),
         ("tested", at_bottom, f"{primitive} tested", f"{primitive}s tested"),
         *(
-            [("found", len(walk.met(event)), f"{item} met", f"{item}s met")]
+            [("found", met, f"{item} met", f"{item}s met{first}")]
             if walk.half_angle
             else [
                 ("postponed", n[POSTPONE], "hit postponed", "hits postponed"),
