@@ -12,7 +12,6 @@ from ..errors import InputError
 from ..geometry.geometry import boxes_around, in_order
 from ..geometry.instances import Instanced, flattened, is_of_triangles
 from ..geometry.solids.description import Item
-from ..geometry.solids.making import mixed_of
 from ..geometry.triangles import Triangles, all_triangles
 from ..memory import refuse_if_too_large, refuse_if_unnumbered
 from .camera import ORTHOGRAPHIC, PERSPECTIVE, Camera
@@ -161,6 +160,9 @@ class Scene:
         InputError
             When there are none, or one cannot be.
         """
+        # Brings Numba in, which whoever only has a scene does not wait for.
+        from ..geometry.solids.making import mixed_of
+
         if not len(items):
             raise InputError(f"{name} is empty; add something that a ray can hit", name)
         refuse_if_unnumbered(len(items), f"items of {name}", "use a part of it")
