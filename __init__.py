@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         build,
         cells,
         cover,
+        instances,
         load,
         rays,
         record,
@@ -53,7 +54,8 @@ if TYPE_CHECKING:
 __all__ = [
     "Box", "Built", "Cells", "Cone", "Disc", "InputError", "MovingTriangle", "Placed", "Polygon",
     "Rays", "Scene", "Sphere", "Steps", "Structure", "Traced", "Triangle", "build", "cells",
-    "cover", "load", "rays", "record", "scene", "solids", "structures", "table", "trace", "walk",
+    "cover", "instances", "load", "rays", "record", "scene", "solids", "structures", "table",
+    "trace", "walk",
 ]  # fmt: skip
 
 

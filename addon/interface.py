@@ -20,6 +20,8 @@ from ..core.errors import InputError
 from ..core.evaluation.rays.workloads import Workload, workload_named
 from ..core.evaluation.records import experiment, report
 from ..core.evaluation.records.experiment import Built, Traced
+from ..core.geometry.geometry import EVERY_OBJECT
+from ..core.geometry.instances import instanced
 from ..core.geometry.rays import Rays
 from ..core.geometry.solids.description import (
     Box,
@@ -33,12 +35,13 @@ from ..core.geometry.solids.description import (
     Triangle,
 )
 from ..core.scene import Scene
+from ..core.scene.placing import KEEP, PlacingSettings
 from ..core.settings import check, key_of, parse, parse_spec
 from ..core.structures import structure_named, structures
 from .command.arguments import open_scene
 
 
-def load(source: str) -> Scene:
+def load(source: str, *, instances: str = KEEP) -> Scene:
     """Return the scene of a file or of a sample.
 
     Parameters
@@ -46,13 +49,17 @@ def load(source: str) -> Scene:
     source : str
         As on the command line: a mesh file (OBJ, PLY, STL, GLB, glTF, OFF), a .blend, or
         ``"sample:tetra:size=5"``.
+    instances : {"keep", "flatten"}
+        What becomes of meshes that are in several places: each once, with a matrix for each of its
+        places; or all triangles in world space. What holds instances has ``.flat()``, too.
 
     Raises
     ------
     InputError
         If it cannot be read; the message says why.
     """
-    return open_scene(source)
+    settings = parse(PlacingSettings, {"instances": instances}, "load")
+    return open_scene(source, settings.instances)
 
 
 def scene(triangles: np.ndarray, name: str = "triangles") -> Scene:
@@ -81,6 +88,41 @@ def solids(items: Sequence[Item], name: str = "solids") -> Scene:
         If there is none, or one cannot be; the message says which.
     """
     return Scene.from_items(items, name)
+
+
+def instances(
+    meshes: Sequence[Scene | np.ndarray],
+    which: np.ndarray,
+    matrices: np.ndarray,
+    masks: np.ndarray | int = EVERY_OBJECT,
+    name: str = "instances",
+) -> Scene:
+    """Return a scene of meshes in places, each mesh kept once.
+
+    Hits have the numbers of the flattened scene, ``.flat()``: primitives are counted instance after
+    instance.
+
+    Parameters
+    ----------
+    meshes : sequence
+        Triangles, (n, 3, 3); or scenes of triangles, of solids, or of instances, up to three deep.
+        All of one kind.
+    which : (n,) int
+        The mesh of each instance.
+    matrices : (n, 3, 4) float
+        From the space of the mesh to that of the scene.
+    masks : (n,) int, optional
+        A ray meets an instance if its own mask, 255 by default, has a bit in common with this one.
+
+    Raises
+    ------
+    InputError
+        If there is no instance, a number is not finite, or meshes are of different kinds.
+    """
+    scenes = [mesh if isinstance(mesh, Scene) else scene(mesh) for mesh in meshes]
+    geometry = instanced([each.geometry for each in scenes], which, matrices, masks)
+    names = tuple(f"{each.name} {number}" for number, each in enumerate(scenes))
+    return Scene.from_instances(geometry, name, object_ids=geometry.which, object_names=names)
 
 
 def build(over: Scene, structure: str = "bvh", *, log: bool = False, **settings: Any) -> Built:
@@ -243,5 +285,6 @@ def _settings_of(kind: type[Any], texts: dict[str, str], values: dict[str, Any],
 __all__ = [
     "Box", "Built", "Cells", "Cone", "Disc", "InputError", "MovingTriangle", "Placed", "Polygon",
     "Rays", "Scene", "Sphere", "Steps", "Structure", "Traced", "Triangle", "build", "cells",
-    "cover", "load", "rays", "record", "scene", "solids", "structures", "table", "trace", "walk",
+    "cover", "instances", "load", "rays", "record", "scene", "solids", "structures", "table",
+    "trace", "walk",
 ]  # fmt: skip

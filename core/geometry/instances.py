@@ -73,7 +73,8 @@ def instanced(
     Raises
     ------
     InputError
-        If there is no instance, a number is not finite, or the meshes are not of one kind.
+        If there is no instance, a number is not finite, there is no such mesh or mask, or the
+        meshes are not of one kind.
     """
     which = np.ascontiguousarray(which, dtype=np.int32)
     matrices = np.require(matrices, np.float64, ["C", "W"]).reshape(-1, 3, 4)
@@ -81,6 +82,14 @@ def instanced(
         raise InputError("there are no instances; add one")
     if len(which) != len(matrices):
         raise InputError(f"there are {len(which)} instances and {len(matrices)} matrices")
+    wrong = np.flatnonzero((which < 0) | (which >= len(meshes)))
+    if len(wrong):
+        raise InputError(
+            f"instance {wrong[0]} is of mesh {which[wrong[0]]}; meshes are 0 to {len(meshes) - 1}"
+        )
+    wrong = np.flatnonzero((np.ravel(masks) < 0) | (np.ravel(masks) > EVERY_OBJECT))
+    if len(wrong):
+        raise InputError(f"mask {np.ravel(masks)[wrong[0]]} is not from 0 to {EVERY_OBJECT}")
     if not np.isfinite(matrices).all():
         bad = int((~np.isfinite(matrices).all(axis=(1, 2))).argmax())
         raise InputError(f"the matrix of instance {bad} is not finite; repair it")

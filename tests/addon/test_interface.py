@@ -79,3 +79,44 @@ def test_settings_are_texts_or_values(built: accelscope.Built) -> None:
 def test_what_does_not_fit_is_refused(built: accelscope.Built, call, message: str) -> None:
     with pytest.raises(accelscope.InputError, match=message):
         call(built)
+
+
+def test_instances_of_arrays_and_of_scenes() -> None:
+    corners = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 1], [1, 0, 1], [0, 1, 1.0]]])
+    places = np.tile(np.eye(3, 4), (3, 1, 1))
+    places[:, 0, 3] = (0, 5, 10)
+    row = accelscope.instances([corners], [0, 0, 0], places, [1, 2, 3])
+    rows = accelscope.instances([row, row], [0, 1], places[:2, [1, 0, 2]])
+    for scene, count in ((row, 6), (rows, 12)):
+        assert len(scene.flat()) == count
+        starts = scene.flat().triangles.mean(axis=1) + np.array([0, 0, 9])
+        lines = accelscope.rays(starts, [[0, 0, -1]] * count)
+        built = accelscope.build(scene)
+        traced = accelscope.trace(built, lines)
+        flat = accelscope.trace(accelscope.build(scene.flat()), lines)
+        assert traced.hits.primitive.tolist() == flat.hits.primitive.tolist()
+        assert "N_TS_1" in accelscope.record(built, traced)["trace"]
+        text = accelscope.table(accelscope.record(built, traced))
+        assert str(count) in text
+        cells = accelscope.cells(built)
+        assert cells.extra["level"].max() == (1 if scene is row else 2)
+    for arguments, said in (
+        (([corners], [0, 1], places[:2]), "instance 1 is of mesh 1; meshes are 0 to 0"),
+        (([corners], [-1], places[:1]), "instance 0 is of mesh -1"),
+        (([corners], [0], places[:1], 256), "mask 256 is not from 0 to 255"),
+        (([corners, row], [0, 1], places[:2]), "of one kind"),
+        (([], [], places[:0]), "there are no instances"),
+    ):
+        with pytest.raises(accelscope.InputError, match=said):
+            accelscope.instances(*arguments)
+
+
+def test_instances_of_files_are_kept_or_flattened(cases) -> None:
+    path = str(cases / "gltf_instancing.gltf")
+    kept, flat = accelscope.load(path), accelscope.load(path, instances="flatten")
+    assert len(kept.flat()) == len(flat) == len(flat.triangles) == 3
+    assert np.allclose(kept.flat().triangles, flat.triangles)
+    with pytest.raises(accelscope.InputError, match="instances"):
+        accelscope.load(path, instances="melt")
+    said = accelscope.record(accelscope.build(kept))["scene"]["instances"]
+    assert said == {"count": 3, "meshes": 1, "triangles": 1}

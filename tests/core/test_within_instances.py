@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from accelscope.addon.interface import NoSettings, OwnRays
 from accelscope.core.contract.events import HIT, TEST, VISIT_INNER, VISIT_LEAF
 from accelscope.core.contract.outlines import DASHES, faces_of, wires_of
 from accelscope.core.contract.within import (
@@ -14,6 +15,8 @@ from accelscope.core.contract.within import (
     within_of,
 )
 from accelscope.core.evaluation.pages import ray_path
+from accelscope.core.evaluation.records.experiment import Built, make_record, trace_rays
+from accelscope.core.evaluation.records.report import counters_in_words, figures
 from accelscope.core.geometry.box_shape import corners_of
 from accelscope.core.geometry.geometry import boxes_around
 from accelscope.core.geometry.instances import flattened, instanced
@@ -201,3 +204,22 @@ def test_a_walk_in_words():
     assert any(text.endswith("in instances") for text in legend)
     tested = int(((steps.kind == TEST) & (steps.level == 2)).sum())
     assert f"{tested} triangles tested" in legend
+
+
+def test_figures_say_what_is_tested_on_which_level():
+    scene = muddle(2)
+    structure = Built(built(scene), 0.0)
+    rays = Rays.from_arrays(np.zeros((3, 3)), np.ones((3, 3)))
+    record = make_record(structure, trace_rays(structure, OwnRays, NoSettings(), rays))
+    labels = {label for section, label, _ in figures(record) if section == "Per ray"}
+    tests = {label for label in labels if label.startswith("N_IT")}
+    first, second = "N_IT instance tests", "N_IT triangle tests"
+    assert tests == {first, f"{first}, level 1", f"{second}, level 2"}
+    said = counters_in_words(record)
+    assert said.count("instance tests") == 2
+    assert said.count("triangle tests") == 1
+    assert ("Scene", "Instances", "5") in figures(record)
+    flat = Built(built(scene.flat()), 0.0)
+    record = make_record(flat, trace_rays(flat, OwnRays, NoSettings(), rays))
+    assert "instance" not in counters_in_words(record)
+    assert not any("nstance" in label for _, label, _ in figures(record))

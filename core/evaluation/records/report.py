@@ -204,7 +204,7 @@ def figures(record: Record) -> list[tuple[str, str, str]]:
         if value is not None:
             show = UNITS[row.unit]
             text = " x ".join(map(show, value)) if isinstance(value, list) else show(value)
-            rows.append((row.section, row.label, text))
+            rows.append((row.section, said_of_items(record, row.label, row.path[-1]), text))
     for name, route in record.get("trace", {}).get("routes", {}).items():
         text = f"{show_integer(route['rays'])}, by {route['structure']}"
         rows.append(("Rays", f"{name.capitalize()} rays", text))
@@ -215,10 +215,18 @@ def counters_in_words(record: Record) -> str:
     """Return the counters that tables show: ``"15.78 N_TS steps, 2.82 N_ETS leaves, ..."``."""
     structure = structure_named(record["structure"]["name"])
     return ", ".join(
-        f"{show_number(record['trace'][each.name])} {each.label}"
-        for each in structure.COUNTERS
+        f"{show_number(record['trace'][each.name])} {said_of_items(record, each.label, each.name)}"
+        for each in (*structure.COUNTERS, *counters_within(MOST_LEVELS))
         if each.column and each.name in record["trace"]
     )
+
+
+def said_of_items(record: Record, label: str, counter: str) -> str:
+    """Return what a counter is called in a record: what is tested may be instances."""
+    trace = record.get("trace", {})
+    name, _, level = counter.rpartition("_") if counter[-1:].isdigit() else (counter, "", "0")
+    has_more_within = f"{name}_{int(level) + 1}" in trace
+    return label.replace("triangle", "instance") if has_more_within else label
 
 
 def spec_of(structure: Record) -> str:
