@@ -88,12 +88,13 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
         try:
             settings: Any = generated.read(self.group(), sample.Settings, sample.label)
             scene = sample.generate(settings)
+            items = sample.items(settings)
         except (InputError, MemoryError) as error:
             self.report({"ERROR"}, refusal_in_panel(error))
             return {"CANCELLED"}
         text = f"{sample.label}: {scene.counted}"
         others = sample_objects.hide_others(context) if self.only else []
-        sample_objects.add_scene(context, scene, sample.label)
+        sample_objects.add_scene(context, scene, sample.label, items)
         if others:
             text += f"; hidden, back with Alt H: {', '.join(others[:MOST_NAMED])}"
             text += f" and {len(others) - MOST_NAMED} more" * (len(others) > MOST_NAMED)

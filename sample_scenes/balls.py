@@ -112,4 +112,5 @@ SAMPLE = Sample(
     Settings,
     count,
     generate,
+    items,
 )

@@ -133,4 +133,5 @@ SAMPLE = Sample(
     Settings,
     count,
     generate,
+    items,
 )

@@ -86,4 +86,5 @@ SAMPLE = Sample(
     Settings,
     count,
     generate,
+    items,
 )

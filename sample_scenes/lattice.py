@@ -93,4 +93,5 @@ SAMPLE = Sample(
     Settings,
     count,
     generate,
+    items,
 )

@@ -166,4 +166,5 @@ SAMPLE = Sample(
     Settings,
     count,
     generate,
+    items,
 )

@@ -117,4 +117,5 @@ SAMPLE = Sample(
     Settings,
     count,
     generate,
+    items,
 )

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..core.geometry.solids.description import Item
 from ..core.memory import refuse_if_too_large
 from ..core.scene import Scene
+from ..core.scene.material import Material
 from ..core.settings import check, to_json
 
 BYTES_PER_ITEM = 450  # at the peak of generating (measured); the scene keeps 80 of a triangle
@@ -33,6 +35,9 @@ class Sample:
         Settings to the number of items, known before anything is generated.
     generator : callable
         Settings to scene; use :meth:`generate`, which checks the settings first.
+    described : callable, optional
+        Settings to the descriptions of the same items in the same order, each with its material;
+        None for scenes of triangles alone.
     """
 
     name: str
@@ -41,6 +46,7 @@ class Sample:
     Settings: type
     count: Callable[[Any], int]
     generator: Callable[[Any], Scene]
+    described: Callable[[Any], Iterator[tuple[Item, Material]]] | None = None
 
     def generate(self, settings: Any) -> Scene:
         """Return the scene, with ``sample:NAME[:key=value,...]`` as its source.
@@ -58,6 +64,13 @@ class Sample:
             "lower its settings",
         )
         return dataclasses.replace(self.generator(settings), source=self.spec(settings))
+
+    def items(self, settings: Any) -> list[Item] | None:
+        """Return the descriptions of the scene's items; None for scenes of triangles alone.
+
+        The settings are those of a scene that has been generated.
+        """
+        return None if self.described is None else [item for item, _ in self.described(settings)]
 
     def spec(self, settings: Any) -> str:
         """Return the text that means this sample with these settings, defaults left out."""

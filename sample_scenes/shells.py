@@ -77,4 +77,5 @@ SAMPLE = Sample(
     Settings,
     count,
     generate,
+    items,
 )

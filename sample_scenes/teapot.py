@@ -85,4 +85,5 @@ SAMPLE = Sample(
     Settings,
     count,
     generate,
+    items,
 )

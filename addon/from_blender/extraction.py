@@ -6,7 +6,8 @@ Blender is read in its main thread, which stands still meanwhile. All that can b
 Everything that Blender evaluates to a mesh is taken: meshes with their modifiers, curves, surfaces,
 text and metaballs, and every instance of them. Blender lists all of those, curves too, as mesh
 objects in ``depsgraph.object_instances``. Instances of collections, of geometry nodes and of
-particles, and linked duplicates without modifiers, share one mesh there, and so they do here.
+particles, and linked duplicates without modifiers, share one mesh there, and so they do here. What
+stands for solids is taken as those.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from ...core.evaluation.records.environment import set_blender_version
 from ...core.progress import SILENT, Progress
 from ...core.reading import refuse_if_no_file
 from ...core.scene import Scene
-from ...core.scene.placing import KEEP, Mesh, Placed, scene_of
+from ...core.scene.placing import KEEP, Mesh, Placed, Solids, scene_of
+from ..settings import solids
 from ..standard_streams import others_kept_silent
 from ..stopping import held
 from .fingerprint import hash_of
@@ -34,7 +36,8 @@ from .mesh_check import (
     refuse_invalid_mesh,
     refuse_invalid_meshes,
 )
-from .parts import Key, LocalMesh, Part
+from .parts import Key, LocalMesh, Part, Standing
+from .standing import items_of, solid_of
 from .view import View
 
 VISIBLE = "visible"
@@ -61,7 +64,7 @@ class ListedMesh(NamedTuple):
 
 
 def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
-    """Return every mesh in scope, evaluated, in the order of Blender's depsgraph.
+    """Return every mesh in scope, or what it stands for, in the order of Blender's depsgraph.
 
     Parameters
     ----------
@@ -73,12 +76,17 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
         When there is none with faces, or one is invalid.
     """
     parts = []
-    known: dict[int, LocalMesh] = {}
+    known: dict[int, LocalMesh | Standing] = {}
     for found in meshes_in_scope(depsgraph, scope):
+        solid = solid_of(found.obj.original)
+        if solid is not None:
+            parts.append(Part(found.key, found.name, solid, found.matrix))
+            continue
         address = found.obj.data.as_pointer()
         if address not in known:
-            known[address] = _read_mesh(found.obj)
-        if len(known[address].sizes):
+            mesh = _read_mesh(found.obj)
+            known[address] = items_of(found.obj.original.data, mesh.digest) or mesh
+        if known[address].digest:  # those without faces have none
             parts.append(Part(found.key, found.name, known[address], found.matrix))
     if not parts:
         if scope == SELECTED:
@@ -201,12 +209,14 @@ class RawScene(NamedTuple):
         from ...core.geometry.triangulation import CUTTING, triangulate
         from ...core.kernels import announcing
 
-        cut: dict[int, Mesh] = {}  # of meshes, which live as long as their parts
+        cut: dict[int, Mesh | Solids] = {}  # of meshes, which live as long as their parts
         objects = []
         for number, part in enumerate(self.parts):
             progress.report(number, len(self.parts), "Cutting polygons")
             mesh = part.mesh
-            if id(mesh) not in cut:
+            if isinstance(mesh, Standing):
+                cut[id(mesh)] = Solids(mesh.items)
+            elif id(mesh) not in cut:
                 # Not Blender's own triangles: those of files are cut in the same way as these.
                 with announcing(progress, CUTTING):
                     triangles = triangulate(mesh.positions, mesh.corners, mesh.sizes)
@@ -254,6 +264,7 @@ def load_blend(path: str | Path, instances: str = KEEP) -> Scene:
         ray could hit.
     """
     set_blender_version(bpy.app.version_string)
+    solids.register()
     path = Path(path)
     refuse_if_no_file(path)
     try:

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...core.geometry.solids.description import Item
+
 Key = tuple[int, int]
 """Identity of what a part comes from: session ids of the instancing object (0 if there is none)
 and of the object itself. They survive renaming and undo."""
@@ -37,11 +39,25 @@ class LocalMesh(NamedTuple):
         return len(self.corners) - 2 * len(self.sizes)
 
 
+class Standing(NamedTuple):
+    """Items that a mesh stands for, in its own space.
+
+    Attributes
+    ----------
+    items : tuple of Item
+    digest : bytes
+        Of their descriptions, or of the mesh that carries them.
+    """
+
+    items: tuple[Item, ...]
+    digest: bytes
+
+
 @dataclass(frozen=True)
 class Part:
-    """One mesh in the scene: an object, or one instance of it."""
+    """One mesh in the scene, or what one stands for: an object, or one instance of it."""
 
     key: Key
     name: str
-    mesh: LocalMesh
+    mesh: LocalMesh | Standing
     matrix: np.ndarray  # (4, 4) float64, to world space

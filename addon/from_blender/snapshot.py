@@ -23,6 +23,7 @@ from . import extraction
 from .extraction import ListedMesh, RawScene
 from .fingerprint import Digest, MeshHash, bytes_of_matrix, fingerprint, movement
 from .parts import Key, Part
+from .standing import solid_of
 
 Place = tuple[Key, int]
 """A mesh in scope: what it comes from, and the how manyth that Blender lists of it."""
@@ -258,6 +259,9 @@ class _Reader:
     def hash_of(self, place: Place, found: ListedMesh) -> bytes | None:
         """Return the hash of a mesh, empty if it has no faces; None if there is no time for it."""
         layer, known = self._layer, self._known
+        solid = solid_of(found.obj.original)
+        if solid is not None:
+            return solid.digest
         if place in layer.hashes:
             return layer.hashes[place]
         address = found.obj.data.as_pointer()

@@ -26,6 +26,7 @@ from ..drawing import overlay
 from ..from_blender import extraction
 from ..results import session
 from ..results.split_plane import SplitPlaneSettings
+from . import solids
 from .generated import enum_of, group_type, properties_of
 from .ranges import range_properties
 
@@ -298,7 +299,8 @@ def _root_of(scene: bpy.types.Scene) -> Any:
 
 
 def register() -> None:
-    """Give scenes their ``accelscope``; the groups behind it come on first use."""
+    """Give scenes their ``accelscope``, whose groups come on first use, and objects their solid."""
+    solids.register()
     bpy.types.Scene.accelscope = property(_root_of)
 
 
@@ -306,6 +308,7 @@ def unregister() -> None:
     """Take it all away; the values stay in the file."""
     if bpy.app.timers.is_registered(_load_and_redraw):
         bpy.app.timers.unregister(_load_and_redraw)
+    solids.unregister()
     del bpy.types.Scene.accelscope
     if _loaded:
         del bpy.types.Scene.accelscope_settings

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 import numpy as np
 from mathutils import Matrix
 
+from ...core.geometry.solids.description import Item
 from ...core.geometry.solids.mixed import Mixed
 from ...core.scene import POINT, Camera, Scene
 from ..from_blender import extraction
+from ..from_blender.standing import carry
 
 
-def add_scene(context: bpy.types.Context, scene: Scene, label: str) -> bpy.types.Collection:
+def add_scene(
+    context: bpy.types.Context, scene: Scene, label: str, items: Sequence[Item] | None = None
+) -> bpy.types.Collection:
     """Add a scene's objects, in a collection of their own, and select them.
 
-    Solids become meshes of triangles: Blender builds over those.
+    Solids become meshes of triangles, to be seen; they carry the items that are built over.
 
     Parameters
     ----------
     label : str
         Name of the collection.
+    items : sequence of Item, optional
+        Descriptions of the scene's items, if it has solids.
     """
     # Imports Numba, which Blender's start does not wait for.
     from ...core.geometry.solids.tessellation import tessellated
@@ -35,6 +43,9 @@ def add_scene(context: bpy.types.Context, scene: Scene, label: str) -> bpy.types
         triangles, object_ids = scene.triangles, scene.object_ids
     for number, name in enumerate(scene.object_names):
         mesh = mesh_of(triangles[object_ids == number], name)
+        if items is not None:
+            own = np.flatnonzero(scene.object_ids == number)
+            carry(mesh, [items[place] for place in own.tolist()])
         obj = bpy.data.objects.new(name, mesh)
         collection.objects.link(obj)
         obj.select_set(True)

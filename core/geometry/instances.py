@@ -189,11 +189,18 @@ def flattened(geometry: Any) -> tuple[np.ndarray, np.ndarray]:
 def parts_in_world(geometry: Any) -> Iterator[tuple[np.ndarray, Callable[[], np.ndarray]]]:
     """Yield the box, (6,), of each instance, and what returns its triangles, (n, 3, 3), there.
 
+    Of solids it returns the lines that show them, (n, 2, 3): points of their surfaces.
+
     What holds no instances is one part. So whoever looks through all triangles of a scene need not
     hold more than those of one instance.
     """
     if not isinstance(geometry, Instanced):
-        yield box_of(geometry), lambda: geometry.corners
+        everything = np.arange(len(geometry.ids))
+        is_plain = isinstance(geometry, Triangles)
+        yield (
+            box_of(geometry),
+            lambda: geometry.corners if is_plain else lines_of(geometry, everything)[0],
+        )
         return
     for number in range(len(geometry.which)):
         yield geometry.boxes[number], functools.partial(_triangles_of, geometry, number)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -12,6 +12,8 @@ from ..errors import InputError
 from ..geometry.geometry import boxes_around, in_order
 from ..geometry.instances import Instanced, flattened, is_of_triangles
 from ..geometry.solids.description import Item
+from ..geometry.solids.making import mixed_of
+from ..geometry.solids.mixed import Mixed
 from ..geometry.triangles import Triangles, all_triangles
 from ..memory import refuse_if_too_large, refuse_if_unnumbered
 from .camera import ORTHOGRAPHIC, PERSPECTIVE, Camera
@@ -160,23 +162,49 @@ class Scene:
         InputError
             When there are none, or one cannot be.
         """
-        # Brings Numba in, which whoever only has a scene does not wait for.
-        from ..geometry.solids.making import mixed_of
-
         if not len(items):
             raise InputError(f"{name} is empty; add something that a ray can hit", name)
         refuse_if_unnumbered(len(items), f"items of {name}", "use a part of it")
-        geometry = mixed_of(items)
-        boxes = geometry.boxes
-        lower, upper = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
-        _refuse_sizes(lower, upper, name)
         if object_ids is None:
             object_ids, object_names = np.zeros(len(items), np.int32), object_names or (name,)
+        scene = cls.from_mixed(
+            mixed_of(items), name, source, object_ids=object_ids, object_names=object_names,
+            notes=notes,
+        )  # fmt: skip
+        return replace(
+            scene, camera=camera, lights=tuple(lights), materials=tuple(materials),
+            material_ids=None if material_ids is None else np.asarray(material_ids, np.int32),
+        )  # fmt: skip
+
+    @classmethod
+    def from_mixed(
+        cls,
+        geometry: Mixed,
+        name: str,
+        source: str = "",
+        *,
+        object_ids: np.ndarray,
+        object_names: tuple[str, ...],
+        primitive_ids: np.ndarray | None = None,
+        dropped: int = 0,
+        notes: tuple[str, ...] = (),
+    ) -> Scene:
+        """Wrap items that are made already.
+
+        Raises
+        ------
+        InputError
+            When the scene is too large or too small to compute with.
+        """
+        count, boxes = len(geometry.ids), geometry.boxes
+        lower, upper = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
+        _refuse_sizes(lower, upper, name)
+        if primitive_ids is None:
+            primitive_ids = np.arange(count, dtype=np.int32)
         return cls(
-            name, source or name, geometry, np.arange(len(items), dtype=np.int32), 0,
+            name, source or name, geometry, primitive_ids, dropped,
             np.ascontiguousarray(object_ids, dtype=np.int32), tuple(object_names), lower, upper,
-            camera, tuple(lights), notes, tuple(materials),
-            None if material_ids is None else np.asarray(material_ids, dtype=np.int32),
+            notes=notes,
         )  # fmt: skip
 
     @classmethod

@@ -15,17 +15,22 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.instances import Instanced, instanced, inverted
+from ..geometry.solids.description import Item
+from ..geometry.solids.making import in_turn, mixed_of, mixed_of_triangles
+from ..geometry.solids.writing import moved as moved_item
 from ..geometry.triangles import all_triangles
 from ..memory import refuse_if_too_large
 from ..progress import SILENT, Progress
 from ..settings import setting
-from . import Scene, has_area, is_computable
+from . import LARGEST, Scene, has_area, is_computable
 
 KEEP, FLATTEN = "keep", "flatten"
 
 BYTES_PER_TRIANGLE = 300  # at the peak of making a scene of them
 
 BYTES_PER_INSTANCE = 600
+
+BYTES_PER_ITEM = 1200  # of solids, and of triangles beside them; at the peak of making a scene
 
 
 @dataclass(frozen=True)
@@ -54,20 +59,31 @@ class Mesh(NamedTuple):
     triangles: np.ndarray
 
 
+class Solids(NamedTuple):
+    """Items of any kind, in a space of their own: what a mesh stands for.
+
+    Attributes
+    ----------
+    items : sequence of Item
+    """
+
+    items: Sequence[Item]
+
+
 class Placed(NamedTuple):
-    """A mesh in the world: an object of the scene.
+    """A mesh, or what one stands for, in the world: an object of the scene.
 
     Attributes
     ----------
     name : str
-    mesh : Mesh
+    mesh : Mesh or Solids
         The same one, not an equal one, where it is in several places.
     matrix : (4, 4) float64
         To world space.
     """
 
     name: str
-    mesh: Mesh
+    mesh: Mesh | Solids
     matrix: np.ndarray
 
 
@@ -110,7 +126,7 @@ def scene_of(
     Parameters
     ----------
     instances : {KEEP, FLATTEN}
-        Kept are instances only where a mesh is in several places.
+        Kept are instances only where a mesh is in several places, and none stands for solids.
     advice : str
         What to do if there is too little memory.
 
@@ -121,8 +137,12 @@ def scene_of(
     Cancelled
         From `progress`.
     """
-    meshes = [each.mesh for each in objects]
     names = tuple(each.name for each in objects)
+    meshes = [each.mesh for each in objects if isinstance(each.mesh, Mesh)]
+    if len(meshes) < len(objects):
+        if instances == KEEP and is_shared(meshes):
+            notes = (*notes, "its instances are flattened, for they are beside solids")
+        return _of_items(objects, name, source, names, notes, advice, progress)
     if instances == KEEP and is_shared(meshes):
         once = sum(len(mesh.triangles) for mesh in {id(mesh): mesh for mesh in meshes}.values())
         refuse_if_too_large(
@@ -144,17 +164,66 @@ def scene_of(
     refuse_if_too_large(total * BYTES_PER_TRIANGLE, f"{name} of {total} triangles", advice)
     corners = np.empty((total, 3, 3))
     first = 0
-    for placed, count in zip(objects, counts, strict=True):
+    for placed, mesh, count in zip(objects, meshes, counts, strict=True):
         progress.report(first, total, "Taking triangles")
-        # NaN and infinite numbers are no affair: their triangles are dropped and counted.
-        with np.errstate(all="ignore"):
-            world = moved(placed.mesh.vertices, placed.matrix)
-        corners[first : first + count] = world[placed.mesh.triangles]
+        corners[first : first + count] = _in_world(mesh, placed.matrix)
         first += count
     progress.report(total, total, "Taking triangles")
     return Scene.from_triangles(
         corners, name, source, notes=notes,
         object_ids=np.repeat(np.arange(len(objects), dtype=np.int32), counts), object_names=names,
+    )  # fmt: skip
+
+
+def _in_world(mesh: Mesh, matrix: np.ndarray) -> np.ndarray:
+    """Return the triangles of a mesh, (n, 3, 3), in its own precision.
+
+    NaN and infinite numbers are no affair here: their triangles are dropped and counted later.
+    """
+    with np.errstate(all="ignore"):
+        return moved(mesh.vertices, matrix)[mesh.triangles]
+
+
+def _of_items(
+    objects: Sequence[Placed],
+    name: str,
+    source: str,
+    names: tuple[str, ...],
+    notes: tuple[str, ...],
+    advice: str,
+    progress: Progress,
+) -> Scene:
+    """Return a scene of items of any kind, those of one object after those of the other."""
+    counts = [
+        len(mesh.items if isinstance(mesh, Solids) else mesh.triangles)
+        for mesh in (placed.mesh for placed in objects)
+    ]
+    total = sum(counts)
+    refuse_if_too_large(total * BYTES_PER_ITEM, f"{name} of {total} items", advice)
+    owners = np.repeat(np.arange(len(objects), dtype=np.int32), counts)
+    is_solid = np.zeros(total, bool)
+    items: list[Item] = []
+    corners = [np.empty((0, 3, 3))]
+    first = 0
+    for number, (placed, count) in enumerate(zip(objects, counts, strict=True)):
+        progress.report(number, len(objects), "Taking solids")
+        if isinstance(placed.mesh, Solids):
+            items += [moved_item(item, placed.matrix) for item in placed.mesh.items]
+            is_solid[first : first + count] = True
+        else:
+            corners.append(_in_world(placed.mesh, placed.matrix).astype(np.float64))
+        first += count
+    triangles = np.concatenate(corners)
+    usable = (np.abs(triangles) < LARGEST).all(axis=(1, 2))
+    # Places in the scene: first those of solids, then those of triangles, as they are made.
+    places = np.concatenate([np.flatnonzero(is_solid), np.flatnonzero(~is_solid)[usable]])
+    order = np.argsort(places, kind="stable")
+    progress.report(len(objects), len(objects), "Taking solids")
+    geometry = in_turn([mixed_of(items), mixed_of_triangles(triangles[usable])], order)
+    kept = places[order].astype(np.int32)
+    return Scene.from_mixed(
+        geometry, name, source, object_ids=owners[kept], object_names=names, primitive_ids=kept,
+        dropped=total - len(kept), notes=notes,
     )  # fmt: skip
 
 

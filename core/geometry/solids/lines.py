@@ -18,8 +18,8 @@ from .mixed import (
     SPHERE,
     TRIANGLE,
     Mixed,
+    corners_at,
 )
-from .moving_triangle import corners_at
 
 CIRCLE = 24
 """Sides of the polygon that stands for a circle."""

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
+from ..geometry import in_order, joined
 from ..triangles import reach_of
 
 # Imported for what they register: triangles around items, normals, lines to draw.
@@ -47,11 +48,7 @@ def mixed_of(items: Sequence[Item]) -> Mixed:
         of_this_kind, places = sorted_out.setdefault(key, ([], []))
         of_this_kind.append(item)
         places.append(number)
-    n = len(items)
-    mixed = Mixed(
-        np.empty(n, np.uint8), np.zeros((n, 6, 3)), np.zeros(n, np.int32), np.zeros(n, np.int32),
-        NO_POINTS, np.empty((n, 6)), np.arange(n, dtype=np.int32), np.empty(3),
-    )  # fmt: skip
+    mixed = unwritten(len(items))
     points, n_points = [], 0
     for (kind, is_placed), (chosen, numbers) in sorted_out.items():
         matrices = None
@@ -71,8 +68,38 @@ def mixed_of(items: Sequence[Item]) -> Mixed:
         part.refuse(
             ~(np.abs(boxes) < LARGEST).all(axis=1), f"it reaches beyond {LARGEST:g}; scale it"
         )
-    reach = reach_of(mixed.boxes[:, :3].min(axis=0), mixed.boxes[:, 3:].max(axis=0))
-    return mixed._replace(points=np.concatenate(points), reach=reach)
+    return mixed._replace(points=np.concatenate(points), reach=reach_of_boxes(mixed.boxes))
+
+
+def mixed_of_triangles(corners: np.ndarray) -> Mixed:
+    """Return triangles, (n, 3, 3) float64, for kernels: many, and all of them finite."""
+    mixed = unwritten(len(corners))
+    write_triangles(mixed, np.arange(len(corners)), corners)
+    return mixed._replace(points=NO_POINTS, reach=reach_of_boxes(mixed.boxes))
+
+
+def unwritten(count: int) -> Mixed:
+    """Return arrays for some items, to be written."""
+    return Mixed(
+        np.empty(count, np.uint8), np.zeros((count, 6, 3)), np.zeros(count, np.int32),
+        np.zeros(count, np.int32), NO_POINTS, np.empty((count, 6)),
+        np.arange(count, dtype=np.int32), np.empty(3),
+    )  # fmt: skip
+
+
+def reach_of_boxes(boxes: np.ndarray) -> np.ndarray:
+    """Return the reach, (3,), of items with some boxes; 0 of none."""
+    if not len(boxes):
+        return np.zeros(3)
+    return reach_of(boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0))
+
+
+def in_turn(parts: Sequence[Mixed], order: np.ndarray) -> Mixed:
+    """Return the items of several geometries as those of one scene, in an order of all of them."""
+    mixed = in_order(joined(parts[0], parts[1:]), order)
+    return mixed._replace(
+        ids=np.arange(len(order), dtype=np.int32), reach=reach_of_boxes(mixed.boxes)
+    )
 
 
 # ------------------------------------------------------------------------------- what has corners
@@ -86,13 +113,18 @@ NO_POINTS = np.empty((0, 3))
 def make_triangles(mixed: Mixed, part: Part) -> Made:
     """Write the corners twice; collinear ones drawn together, as with all triangles."""
     corners = part.read("a triangle", (3, 3), "corners")
+    write_triangles(mixed, part.numbers, corners)
+    return NO_POINTS, np.zeros(len(corners), np.int64)
+
+
+def write_triangles(mixed: Mixed, numbers: np.ndarray, corners: np.ndarray) -> None:
+    """Write triangles, (k, 3, 3), at some places."""
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     is_flat = (u[:, [1, 2, 0]] * v[:, [2, 0, 1]] == u[:, [2, 0, 1]] * v[:, [1, 2, 0]]).all(axis=1)
     rows = np.where(is_flat[:, None, None], corners[:, :1], corners)
-    mixed.kinds[part.numbers] = TRIANGLE
-    mixed.rows[part.numbers] = np.hstack([rows, rows])
-    mixed.boxes[part.numbers] = np.hstack([corners.min(axis=1), corners.max(axis=1)])
-    return NO_POINTS, np.zeros(len(corners), np.int64)
+    mixed.kinds[numbers] = TRIANGLE
+    mixed.rows[numbers] = np.hstack([rows, rows])
+    mixed.boxes[numbers] = np.hstack([corners.min(axis=1), corners.max(axis=1)])
 
 
 def make_moving_triangles(mixed: Mixed, part: Part) -> Made:

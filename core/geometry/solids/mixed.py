@@ -96,3 +96,9 @@ def can_be_clipped(geometry: Mixed) -> np.ndarray:
     What moves has been nearly everywhere in its box.
     """
     return geometry.kinds != MOVING_TRIANGLE
+
+
+def corners_at(keys: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return the corners, (n, 3, 3), of moving triangles, (n, 6, 3), each at a time of its own."""
+    start, end, time = keys[:, :3], keys[:, 3:], times[:, None, None]
+    return np.where(time == 1.0, end, start + time * (end - start))

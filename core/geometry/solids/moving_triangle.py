@@ -10,8 +10,6 @@ A triangle at rest has the same key twice, and so is at its place at any time.
 
 from __future__ import annotations
 
-import numpy as np
-
 from ...kernels import inner
 from ..triangle import NO_HIT, intersect_sheared
 
@@ -59,9 +57,3 @@ def at(corners, index, k, ray, time):
         at_time(corners, index, k, ray.ky, time),
         at_time(corners, index, k, ray.kz, time),
     )
-
-
-def corners_at(keys: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return the corners, (n, 3, 3), of moving triangles, (n, 6, 3), each at a time of its own."""
-    start, end, time = keys[:, :3], keys[:, 3:], times[:, None, None]
-    return np.where(time == 1.0, end, start + time * (end - start))

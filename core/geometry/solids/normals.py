@@ -27,8 +27,8 @@ from .mixed import (
     SPHERE,
     TRIANGLE,
     Mixed,
+    corners_at,
 )
-from .moving_triangle import corners_at
 
 
 @normals_at.register
