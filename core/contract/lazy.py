@@ -21,6 +21,7 @@ from __future__ import annotations
 import abc
 import threading
 import time
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,12 +34,29 @@ from .figures import Figure
 from .steps import Steps
 from .structure import MISSING, Made, Structure
 
+
+def with_room(record: Any, n_cells: int, look_ahead: int) -> tuple[Any, np.ndarray]:
+    """Return a record of arrays with room for noting what is missing, and this room (n_cells,)."""
+    wanted = np.zeros(n_cells, np.uint8)
+    return record._replace(wanted=wanted, look_ahead=look_ahead), wanted
+
+
 CELLS_MADE = Figure("cells_made", "cells that rays have entered and so made", "Cells made", "count")
 
 
-def lazy_setting(description: str) -> Any:
-    """Declare the setting that leaves cells to be made by the rays that enter them."""
-    return setting(False, "Lazy", f"{description}, not when the structure is built")
+def lazy_setting(
+    description: str, only_for: Mapping[str, Sequence[str] | str] | None = None
+) -> Any:
+    """Declare the setting that leaves cells to be made by the rays that enter them.
+
+    Parameters
+    ----------
+    only_for : mapping, optional
+        Where it has an effect, see :func:`..settings.setting`.
+    """
+    return setting(
+        False, "Lazy", f"{description}, not when the structure is built", only_for=only_for
+    )
 
 
 class Making:
@@ -74,8 +92,8 @@ class LazyStructure(Structure):
         self.making = Making(arrays)
 
     @abc.abstractmethod
-    def cell_count(self) -> int:
-        """Return how many cells there are that may be noted."""
+    def seeking(self, look_ahead: int) -> tuple[Any, np.ndarray]:
+        """Return the arrays, with room for noting what is missing, and this room (n_cells,)."""
 
     @abc.abstractmethod
     def make_cells(self, wanted: np.ndarray, threads: int, progress: Progress) -> tuple[Any, int]:
@@ -114,8 +132,7 @@ class LazyStructure(Structure):
         self, look_ahead: int, rays: RayArrays | ConeArrays, threads: int, progress: Progress
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Do the same with walks that go on for some missing cells."""
-        wanted = np.zeros(self.cell_count(), np.uint8)
-        arrays = self.arrays._replace(wanted=wanted, look_ahead=look_ahead)
+        arrays, wanted = self.seeking(look_ahead)
         out = self._trace_through(arrays, rays, threads, progress)
         waiting = np.flatnonzero(out[1] == MISSING)
         if len(waiting):

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from accelscope.core.contract.cells import OBJECT
+from accelscope.core.contract.lazy import LazyStructure
 from accelscope.core.contract.protocols import Linked
 from accelscope.core.geometry.box import Boxes
 from accelscope.core.structures import structures
@@ -30,7 +31,11 @@ def test_cells_and_statistics_agree(lab, build, variant):
     assert {len(values) for values in cells.attributes().values()} == {len(cells)}
     assert cells.space == OBJECT
     check_parents(cells)
-    assert structure.memory() == sum(array.nbytes for array in arrays_in(structure.arrays))
+    of_arrays = sum(array.nbytes for array in arrays_in(structure.arrays))
+    if isinstance(structure, LazyStructure):  # which keeps what its cells are made of
+        assert structure.memory() >= of_arrays
+    else:
+        assert structure.memory() == of_arrays
     assert structure.memory() > 0
     for array in arrays_in((structure.arrays, structure.triangles)):
         assert array.flags.c_contiguous

@@ -26,6 +26,7 @@ from ...contract.structure import walk
 from ...kernels import implements, inner, whole
 from ..subdivision.tree import (
     ROOT,
+    all_made,
     enter_root,
     expand,
     far_part,
@@ -65,6 +66,9 @@ class BspArrays(NamedTuple):
     shell: float
     offsets: np.ndarray
     references: np.ndarray
+
+
+all_made(BspArrays)
 
 
 @implements(leaf_index, BspArrays)
@@ -196,5 +200,5 @@ def walk_march(structure, geometry, ray, number, workspace, log):
             node, leaf_index(tree, node), entry.t, passage.t, visited,
         )  # fmt: skip
         entry = passage
-        searching = entry.node >= 0 and entry.t <= limit_of(ray, visited)
+        searching = entry.node >= 0 and entry.t <= limit_of(tree, ray, visited)
     return found(visited, inner_nodes)

@@ -18,7 +18,7 @@ import numpy as np
 from ...contract.cells import Cells
 from ...contract.counters import Counter
 from ...contract.figures import COST_OF_CELLS, OF_CELLS, Figure
-from ...contract.lazy import CELLS_MADE, LazyStructure
+from ...contract.lazy import CELLS_MADE, LazyStructure, with_room
 from ...contract.statistics import Statistics
 from ...contract.structure import Structure
 from ...errors import InputError
@@ -302,9 +302,10 @@ class LazyGrid(LazyStructure, Grid):
         blocks = sort_into_blocks(grid, scene, items, is_open=is_open, progress=progress)
         return cls(scene, settings, blocks, items)
 
-    def cell_count(self) -> int:
-        """Return the number of cells."""
-        return len(self.arrays.ends)
+    def seeking(self, look_ahead: int) -> tuple[Any, np.ndarray]:
+        """Return the grid with room for noting cells."""
+        grid = self.arrays
+        return with_room(grid, len(grid.ends), look_ahead)
 
     def make_cells(self, wanted: np.ndarray, threads: int, progress: Progress) -> tuple[Any, int]:
         """List the triangles in cells."""
@@ -325,8 +326,8 @@ class LazyGrid(LazyStructure, Grid):
     def statistics(self, progress: Progress = SILENT) -> Statistics:
         """Return the figures of what is made: other cells count as empty ones."""
         figures = super().statistics(progress)
-        made = int((self.arrays.ends != NOT_MADE).sum())
-        return dataclasses.replace(figures, extra={**figures.extra, CELLS_MADE.key: made})
+        extra = {**figures.extra, CELLS_MADE.key: self.made().cells}
+        return dataclasses.replace(figures, extra=extra)
 
     def validate(self) -> list[str]:
         """Check the lists that are made."""

@@ -16,6 +16,7 @@ from ...kernels import implements
 from ...ranges import ranges
 from ..subdivision.structure import Topology
 from ..subdivision.tree import (
+    all_made,
     child,
     expand,
     far_part,
@@ -52,6 +53,9 @@ class KdTreeArrays(NamedTuple):
     link: np.ndarray
     offsets: np.ndarray
     references: np.ndarray
+
+
+all_made(KdTreeArrays)
 
 
 @implements(leaf_index, KdTreeArrays)

@@ -27,14 +27,16 @@ import numpy as np
 from ...contract.build_log import SPLIT, BuildLog
 from ...contract.cells import Cells, parents_of, planes_across, rectangles
 from ...contract.figures import Figure
-from ...contract.structure import intersection_cost, traversal_cost
+from ...contract.lazy import CELLS_MADE, LazyStructure, lazy_setting, with_room
+from ...contract.structure import arrays_in, intersection_cost, traversal_cost
 from ...geometry.box_shape import surface_area
 from ...kernels import call, kernel
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
-from ...settings import setting
-from ..subdivision.frontier import NO_BUDGET, ORDERS, budget_setting, order_setting
+from ...settings import OPEN, setting
+from ..subdivision.frontier import FIFO, NO_BUDGET, ORDERS, budget_setting, order_setting
+from ..subdivision.ropes import link
 from ..subdivision.settings import (
     depth_limit,
     duplication_setting,
@@ -51,11 +53,13 @@ from ..subdivision.structure import (
     Topology,
     padded_box,
     split_costs,
+    walked,
 )
 from ..subdivision.tree import child
 from . import octants as octants  # registers the kernels of the storages
 from .assignment import assignment_named
-from .build import Rule, cut_into_octants, finish
+from .build import Cutter, Rule, cut_into_octants, finish
+from .lazy import LazyPointers, as_it_grows, split_open
 from .planes import PLACEMENTS
 from .storage import (
     HASH_LEVELS,
@@ -133,6 +137,14 @@ class OctreeSettings:
     order: str = order_setting()
     C_trav: float = traversal_cost()
     C_isect: float = intersection_cost()
+    lazy: bool = lazy_setting(
+        "A cell is split when a ray first enters it", {"storage": ("pointer",), "budget": OPEN}
+    )
+
+
+def is_lazy(settings: OctreeSettings) -> bool:
+    """Say whether cells are left to the rays: a tree with a budget of cells is built at once."""
+    return settings.lazy and settings.storage == "pointer" and not settings.budget
 
 
 def levels_for(settings: OctreeSettings, count: int) -> int:
@@ -169,6 +181,21 @@ STORAGE_FIGURES = (
 )
 
 
+def rule_of(scene: Scene, settings: OctreeSettings, items: Any) -> Rule:
+    """Return the rule by which cells are split."""
+    lazy = is_lazy(settings)
+    return Rule(
+        levels_for(settings, len(scene)),
+        settings.max_leaf_size,
+        settings.budget or NO_BUDGET,
+        FIFO if lazy else ORDERS[settings.order],
+        most_references(settings.duplication, settings.max_depth, len(scene), DUPLICATION),
+        PLACEMENTS[settings.planes],
+        assignment_named(settings.assignment, items, scene.boxes(), settings.overlap == "closed"),
+        descends=not lazy,
+    )
+
+
 class Octree(LinkedSubdivision):
     """Adaptive subdivision into octants."""
 
@@ -176,7 +203,7 @@ class Octree(LinkedSubdivision):
     label = "Octree"
     summary = "Cells cut into eight, stored in four ways, walked in five"
     Settings = OctreeSettings
-    FIGURES = (*FIGURES, *STORAGE_FIGURES)
+    FIGURES = (*FIGURES, *STORAGE_FIGURES, CELLS_MADE)
 
     def __init__(
         self,
@@ -204,17 +231,10 @@ class Octree(LinkedSubdivision):
             len(scene) * 150, f"an octree over {scene.counted}", "use a smaller scene"
         )
         items = scene.items()
-        closed = settings.overlap == "closed"
-        rule = Rule(
-            levels_for(settings, len(scene)),
-            settings.max_leaf_size,
-            settings.budget or NO_BUDGET,
-            ORDERS[settings.order],
-            most_references(settings.duplication, settings.max_depth, len(scene), DUPLICATION),
-            PLACEMENTS[settings.planes],
-            assignment_named(settings.assignment, items, scene.boxes(), closed),
-        )
+        rule = rule_of(scene, settings, items)
         box = padded_box(scene.lower, scene.upper, settings.padding)
+        if is_lazy(settings):
+            return LazyOctree(scene, settings, Cutter(len(scene), box, rule), items)
         tree = cut_into_octants(len(scene), box, rule, progress)
         return cls(scene, settings, finish(tree), items, log)
 
@@ -290,6 +310,77 @@ class Octree(LinkedSubdivision):
         if wrong:
             violations.append(f"the storage finds {wrong} wrong children")
         return violations
+
+
+class LazyOctree(LazyStructure, Octree):
+    """An octree whose cells are split when a ray first enters them (:mod:`.lazy`)."""
+
+    def __init__(
+        self, scene: Scene, settings: OctreeSettings, cutter: Cutter, geometry: Any
+    ) -> None:
+        LinkedSubdivision.__init__(self, scene, settings, None, geometry)
+        self.cutter = cutter
+        self.with_walk(as_it_grows(cutter.tree, cutter.rule, None))
+
+    def memory(self) -> int:
+        """Return the bytes of the tree, and of what is kept for splitting its leaves."""
+        kept = arrays_in((self.cutter.tree, self.cutter.scratch))
+        return super().memory() + sum(array.nbytes for array in kept)
+
+    def seeking(self, look_ahead: int) -> tuple[Any, np.ndarray]:
+        """Return the tree with room for noting nodes."""
+        arrays = self.arrays
+        tree, wanted = with_room(arrays.tree, len(arrays.tree.first), look_ahead)
+        return arrays._replace(tree=tree), wanted
+
+    def make_cells(self, wanted: np.ndarray, threads: int, progress: Progress) -> tuple[Any, int]:
+        """Split open leaves."""
+        tree, count = split_open(self.cutter, self.arrays.tree, wanted, progress)
+        return walked(tree, self.settings, lambda: self._topology_of(tree)), count
+
+    @property
+    def ropes(self) -> np.ndarray:
+        """The links of all leaves there are, (n_leaves, 6) int32."""
+        tree = self.arrays.tree
+        nodes = self._topology_of(tree)
+        return link(tree, nodes.boxes, nodes.leaves)
+
+    def topology(self) -> Topology:
+        """Return the boxes of all nodes there are; an open leaf is a leaf."""
+        return self._topology_of(self.arrays.tree)
+
+    def _topology_of(self, tree: LazyPointers) -> Topology:
+        """Return the same of the tree at one time."""
+        n_nodes, growing = len(tree.first), self.cutter.tree
+        leaves = np.flatnonzero(tree.leaf >= 0)
+        count = np.zeros(n_nodes, np.int32)
+        count[leaves] = np.diff(tree.offsets)
+        return Topology(
+            growing.boxes[:n_nodes].copy(), growing.level[:n_nodes].astype(np.int64),
+            tree.leaf >= 0, count, leaves,
+        )  # fmt: skip
+
+    def cells(self, progress: Progress = SILENT) -> Cells:
+        """Return all cells there are; ``is_made`` is false of open leaves."""
+        tree = self.arrays.tree
+        nodes = self._topology_of(tree)
+        inner = np.flatnonzero(~nodes.is_leaf)
+        boxes = nodes.boxes[inner]
+        corners = [planes_across(boxes, axis, tree.planes[inner, axis]) for axis in range(3)]
+        children = tree.first[inner, None] + np.arange(8, dtype=np.int32)
+        return Cells.sorted_by_depth(
+            nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count, {"is_made": tree.is_open == 0},
+            planes=rectangles(np.concatenate(corners), np.tile(inner, 3)),
+            parent=parents_of(len(nodes.depth), inner, children),
+        )  # fmt: skip
+
+    def extra_statistics(self) -> dict[str, Any]:
+        """Return how many leaves rays have split, or found to be none that can be."""
+        return {CELLS_MADE.key: self.made().cells}
+
+    def validate(self) -> list[str]:
+        """Check the tree as far as it is split."""
+        return LinkedSubdivision.validate(self)
 
 
 @kernel

@@ -55,7 +55,8 @@ SLICE = 0.05
 class Rule(NamedTuple):
     """What decides splits, for kernels.
 
-    `budget` is a number of nodes, `references` a number of them in the whole tree or inf.
+    `budget` is a number of nodes, `references` a number of them in the whole tree or inf. Without
+    `descends`, the octants of a cell that is split are left as they are.
 
     `placement` is a record of :mod:`.planes`, `assignment` one of :mod:`.assignment`; the kernels
     for them are chosen by their types.
@@ -68,6 +69,7 @@ class Rule(NamedTuple):
     references: float
     placement: Any
     assignment: Any
+    descends: bool = True
 
 
 class Growing(NamedTuple):
@@ -112,11 +114,17 @@ class Scratch(NamedTuple):
 
 
 @inner
+def may_be_split(tree, node, rule):
+    """Say whether a node is a candidate for splitting."""
+    if tree.count[node] > MANY and tree.first[node] <= -1 - IN_VAIN:
+        return False
+    return tree.count[node] > rule.max_leaf_size and tree.level[node] < rule.max_depth
+
+
+@inner
 def offer(tree, node, rule):
     """Put a node into the frontier if it may be split."""
-    if tree.count[node] > MANY and tree.first[node] <= -1 - IN_VAIN:
-        return
-    if tree.count[node] > rule.max_leaf_size and tree.level[node] < rule.max_depth:
+    if may_be_split(tree, node, rule):
         put(tree.frontier, node, area_of(tree.boxes[node]) * tree.count[node])
 
 
@@ -194,7 +202,8 @@ def subdivide(tree, rule, scratch, work):
                     scratch.counts[octant] += 1
         # A stack hands out what came last.
         for octant in range(7, -1, -1):
-            offer(tree, n_nodes + octant, rule)
+            if rule.descends:
+                offer(tree, n_nodes + octant, rule)
     return FINISHED
 
 
@@ -221,51 +230,79 @@ def starts_of(sizes: np.ndarray) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
 
 
-def cut_into_octants(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
-    """Build a tree over n triangles.
+class Cutter:
+    """Cuts cells of a tree into octants, and makes room for them.
 
     Parameters
     ----------
+    n : int
+        Triangles.
     box : (6,) float64
         The root's cell.
 
-    Raises
-    ------
-    InputError
-        When nodes or references do not fit into memory.
+    Attributes
+    ----------
+    tree : Growing
+        As far as it is cut, also if cutting is refused or stopped.
     """
-    tree = with_room(None, 1024, max(4 * n, 1024), rule.order)
-    tree.boxes[0], tree.first[0], tree.count[0], tree.share[0] = box, -1, n, 1.0
-    tree.arena[:n] = np.arange(n)
-    tree.used[:] = 1, n
-    scratch = Scratch(np.empty(n, np.uint8), np.empty(n), np.empty(8, np.int64))
-    if n > rule.max_leaf_size and rule.max_depth > 0:
-        tree.frontier.state[1] = 1  # the root waits
-    status, work = PAUSED, 1 << 12
-    while status != FINISHED:
-        # Half way with a node for each triangle: how many there will be is not known before.
-        progress.report(float(tree.used[0] / (tree.used[0] + n)), 1.0, "Building octree")
-        start = time.perf_counter()
-        status = call(subdivide, tree, rule, scratch, work)
-        seconds = time.perf_counter() - start
-        if status == NEEDS_NODES:
-            most = min(max(NODES_PER_TRIANGLE * n, MOST_NODES), MOST_NUMBERS // 2)
-            refuse_if_too_many(len(tree.first), most, "nodes")
-            tree = with_room(tree, 2 * len(tree.first), len(tree.arena))
-        elif status == NEEDS_ARENA:
-            before = int(tree.used[1])
-            sweep(tree)
-            # Sweeping pays if it frees a good part, and there is room for the next list.
-            if tree.used[1] > before // 2 or len(tree.arena) - tree.used[1] < 8 * n:
-                most = max(REFERENCES_PER_TRIANGLE * n, MOST_REFERENCES)
-                refuse_if_too_many(len(tree.arena), most, "references")
-                tree = with_room(tree, len(tree.first), 2 * len(tree.arena))
-        elif seconds < SLICE:
-            work *= 2
-        elif seconds > 2 * SLICE:
-            work = max(work // 2, 1)
-    progress.report(1.0, 1.0, "Building octree")
-    return tree
+
+    def __init__(self, n: int, box: np.ndarray, rule: Rule) -> None:
+        self.n, self.rule = n, rule
+        self.tree = with_room(None, 1024, max(4 * n, 1024), rule.order)
+        self.tree.boxes[0], self.tree.first[0] = box, -1
+        self.tree.count[0], self.tree.share[0] = n, 1.0
+        self.tree.arena[:n] = np.arange(n)
+        self.tree.used[:] = 1, n
+        self.scratch = Scratch(np.empty(n, np.uint8), np.empty(n), np.empty(8, np.int64))
+
+    def offer_root(self) -> None:
+        """Let the root wait for being cut, if it may be."""
+        if self.n > self.rule.max_leaf_size and self.rule.max_depth > 0:
+            self.tree.frontier.state[1] = 1
+
+    def cut(self, progress: Progress) -> None:
+        """Cut what waits until nothing does.
+
+        Raises
+        ------
+        InputError
+            When nodes or references do not fit into memory.
+        Cancelled
+            From `progress`.
+        """
+        n, status, work = self.n, PAUSED, 1 << 12
+        while status != FINISHED:
+            tree = self.tree
+            # Half way with a node for each triangle: how many there will be is not known before.
+            progress.report(float(tree.used[0] / (tree.used[0] + n)), 1.0, "Building octree")
+            start = time.perf_counter()
+            status = call(subdivide, tree, self.rule, self.scratch, work)
+            seconds = time.perf_counter() - start
+            if status == NEEDS_NODES:
+                most = min(max(NODES_PER_TRIANGLE * n, MOST_NODES), MOST_NUMBERS // 2)
+                refuse_if_too_many(len(tree.first), most, "nodes")
+                self.tree = with_room(tree, 2 * len(tree.first), len(tree.arena))
+            elif status == NEEDS_ARENA:
+                before = int(tree.used[1])
+                sweep(tree)
+                # Sweeping pays if it frees a good part, and there is room for the next list.
+                if tree.used[1] > before // 2 or len(tree.arena) - tree.used[1] < 8 * n:
+                    most = max(REFERENCES_PER_TRIANGLE * n, MOST_REFERENCES)
+                    refuse_if_too_many(len(tree.arena), most, "references")
+                    self.tree = with_room(tree, len(tree.first), 2 * len(tree.arena))
+            elif seconds < SLICE:
+                work *= 2
+            elif seconds > 2 * SLICE:
+                work = max(work // 2, 1)
+        progress.report(1.0, 1.0, "Building octree")
+
+
+def cut_into_octants(n: int, box: np.ndarray, rule: Rule, progress: Progress) -> Growing:
+    """Build a whole tree over n triangles; see :class:`Cutter`."""
+    cutter = Cutter(n, box, rule)
+    cutter.offer_root()
+    cutter.cut(progress)
+    return cutter.tree
 
 
 def refuse_if_too_many(room: int, most: int, what: str) -> None:

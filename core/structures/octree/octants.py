@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...kernels import implements, whole
 from ..subdivision.tree import (
+    all_made,
     child,
     expand,
     far_part,
@@ -17,6 +18,7 @@ from ..subdivision.tree import (
     pop,
     push,
 )
+from .lazy import LazyPointers
 from .storage import OCTREES
 
 X, Y, Z = whole(0), whole(1), whole(2)
@@ -65,6 +67,8 @@ def expand_octree(tree, node, workspace, span, height):
 
 
 for record in OCTREES:
+    all_made(record)
     implements(leaf_index, record)(leaf_index_of_octree)
+for record in (*OCTREES, LazyPointers):
     implements(planes, record)(planes_of_octree)
     implements(expand, record)(expand_octree)

@@ -96,7 +96,7 @@ def walk_heap(structure, geometry, ray, number, workspace, log):
                 tree, structure.mailbox, geometry, ray, number, workspace, log,
                 node, index, span.enter, span.exit, visited,
             )  # fmt: skip
-            limit = limit_of(ray, visited)
+            limit = limit_of(tree, ray, visited)
             continue
         inner += 1
         note(log, VISIT_INNER, node, NONE, span.enter, span.exit)

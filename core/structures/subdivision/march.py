@@ -214,7 +214,7 @@ def march(structure, geometry, ray, number, workspace, log):
             node, index, gate.t, leave.t, visited,
         )  # fmt: skip
         gate = leave
-        searching = gate.t < leave_root and gate.t <= limit_of(ray, visited)
+        searching = gate.t < leave_root and gate.t <= limit_of(tree, ray, visited)
         if searching:
             node, depth, steps = next_node(structure, workspace, index, depth, gate, log)
             inner += steps

@@ -38,5 +38,5 @@ def walk_recursive(structure, geometry, ray, number, workspace, log):
             tree, structure.mailbox, geometry, ray, number, workspace, log,
             node, index, span.enter, span.exit, visited,
         )  # fmt: skip
-        limit = limit_of(ray, visited)
+        limit = limit_of(tree, ray, visited)
     return found(visited, inner)

@@ -11,8 +11,19 @@ import numpy as np
 from ...contract.events import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
 from ...contract.structure import walk
 from ...kernels import implements, whole
-from .tree import EMPTY, NODE, ROOT, ROWS, enter_root, expand, leaf_index, pop, push
-from .walks import NOWHERE_YET, Segments, found, limit_of, visit_leaf
+from .tree import (
+    EMPTY,
+    NODE,
+    ROOT,
+    ROWS,
+    enter_root,
+    expand,
+    leaf_index,
+    note_if_missing,
+    pop,
+    push,
+)
+from .walks import NOWHERE_YET, Segments, found, limit_of, one_missing, visit_leaf
 
 ENTER, EXIT = 0, 1
 """Columns of a segment, beside that of its leaf's node."""
@@ -42,6 +53,10 @@ def walk_segments(structure, geometry, ray, number, workspace, log):
                 inner += 1
                 note(log, VISIT_INNER, node, NONE, span.enter, span.exit)
                 node, span, height = expand(tree, node, workspace, span, height)
+            if note_if_missing(tree, node):
+                visited = one_missing(visited)
+                limit = limit_of(tree, ray, visited)
+                continue
             segments[count, ENTER] = span.enter
             segments[count, EXIT] = span.exit if span.exit > span.enter else span.enter
             segments[count, NODE] = node
@@ -58,5 +73,5 @@ def walk_segments(structure, geometry, ray, number, workspace, log):
                 tree, structure.mailbox, geometry, ray, number, workspace, log,
                 leaf, index, enter, leave, visited,
             )  # fmt: skip
-            limit = limit_of(ray, visited)
+            limit = limit_of(tree, ray, visited)
     return found(visited, inner)

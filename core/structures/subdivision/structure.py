@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import functools
+from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -92,6 +93,15 @@ FIGURES = (
 )
 
 
+def walked(tree: Any, settings: Any, topology: Callable[[], Topology]) -> Any:
+    """Return a tree with the walk of the settings; for stored links its topology is asked."""
+    if settings.walk != "neighbours" or settings.links != "stored":
+        return WALKS[settings.walk](tree, settings.mailbox)
+    nodes = topology()
+    boxes = np.ascontiguousarray(nodes.boxes[nodes.leaves])
+    return Ropes(tree, settings.mailbox, link(tree, nodes.boxes, nodes.leaves), boxes)
+
+
 class Subdivision(Structure):
     """An adaptive subdivision of space by axis-aligned planes.
 
@@ -129,16 +139,19 @@ class Subdivision(Structure):
 
     def with_walk(self, tree: Any) -> None:
         """Set :attr:`arrays` to the tree with the walk of the settings."""
-        settings = self.settings
-        self.arrays = WALKS[settings.walk](tree, settings.mailbox)
-        if settings.walk == "neighbours" and settings.links == "stored":
-            nodes = self.topology()
-            boxes = np.ascontiguousarray(nodes.boxes[nodes.leaves])
-            self.arrays = Ropes(tree, settings.mailbox, self.ropes, boxes)
+        self.arrays = WALKS[self.settings.walk](tree, self.settings.mailbox)
+        self.arrays = walked(tree, self.settings, self.topology)
+
+    @property
+    def ropes(self) -> np.ndarray:
+        """The links of all leaves, (n_leaves, 6) int32, see :mod:`.ropes`."""
+        if isinstance(self.arrays, Ropes):
+            return self.arrays.ropes
+        return self._found_ropes
 
     @functools.cached_property
-    def ropes(self) -> np.ndarray:
-        """Return the links of all leaves, (n_leaves, 6) int32, see :mod:`.ropes`."""
+    def _found_ropes(self) -> np.ndarray:
+        """The same, where no walk uses them."""
         nodes = self.topology()
         return link(self.arrays.tree, nodes.boxes, nodes.leaves)
 

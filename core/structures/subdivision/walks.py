@@ -43,9 +43,10 @@ from ...contract.counters import (
 )
 from ...contract.events import NONE, VISIT_EMPTY, VISIT_LEAF, note
 from ...contract.leaf import NOTHING, Best, test_leaf
-from ...contract.structure import Found, lost
+from ...contract.structure import Found, lost, missing
 from ...geometry.rays import ALL, ANY
 from ...kernels import inlined
+from .tree import most_missing, note_if_missing
 
 # ----------------------------------------------------------------------- records: tree and walk
 
@@ -121,22 +122,29 @@ class Visited(NamedTuple):
     Attributes
     ----------
     best : Best
-    leaves, empty : int
-        Leaves entered, and empty ones among them.
+    leaves, empty, lacking : int
+        Leaves entered, empty ones among them, and those that are still to be split.
     """
 
     best: Best
     leaves: int
     empty: int
+    lacking: int
 
 
 COUNTERS = N_TS, N_ETS, N_EETS, N_IT, VOLUME_TESTS, MAILBOX_HITS, POSTPONED_HITS
 """What all walks count."""
 
-LOST = lost(COUNTERS)
+LOST, MISSED = lost(COUNTERS), missing(COUNTERS)
 
-NOWHERE_YET = Visited(NOTHING, 0, 0)
+NOWHERE_YET = Visited(NOTHING, 0, 0, 0)
 """Before the first leaf."""
+
+
+@inlined
+def one_missing(visited):
+    """Return what is known after a leaf that is still to be split."""
+    return Visited(visited.best, visited.leaves + 1, visited.empty, visited.lacking + 1)
 
 
 @inlined
@@ -144,6 +152,8 @@ def visit_leaf(
     tree, mailbox, geometry, ray, number, workspace, log, node, index, enter, leave, visited
 ):
     """Test the triangles of a leaf; return the new :class:`Visited`."""
+    if note_if_missing(tree, node):
+        return one_missing(visited)
     # Where a ray runs in a plane, or through an edge, the early exit may come before the entry.
     leave = leave if leave > enter else enter
     begin, end = tree.offsets[index], tree.offsets[index + 1]
@@ -157,13 +167,15 @@ def visit_leaf(
         geometry, tree.references, mailbox, begin, end, ray, number, workspace, log,
         node, enter, leave, False, visited.best,
     )  # fmt: skip
-    return Visited(best, visited.leaves + 1, empty)
+    return Visited(best, visited.leaves + 1, empty, visited.lacking)
 
 
 @inlined
-def limit_of(ray, visited):
+def limit_of(tree, ray, visited):
     """Return the t up to which cells are visited: later ones cannot change the answer."""
     best = visited.best
+    if visited.lacking > 0 and visited.lacking >= most_missing(tree):
+        return -1.0
     if ray.query == ANY and best.primitive >= 0:
         return -1.0
     return best.t if ray.query != ALL and best.t < ray.t_max else ray.t_max
@@ -172,6 +184,8 @@ def limit_of(ray, visited):
 @inlined
 def found(visited, inner):
     """Return the answer of a walk that has entered so many inner nodes."""
+    if visited.lacking > 0:
+        return MISSED
     best, leaves = visited.best, visited.leaves
     counts = (
         inner + leaves, leaves, visited.empty, best.tests, 1, best.mailbox_hits, best.postponed
