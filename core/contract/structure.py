@@ -21,7 +21,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..geometry.cones import ConeArrays, cones_around
-from ..geometry.instances import levels_of_mesh
+from ..geometry.instances import Instanced, levels_of_mesh, stored_in
 from ..geometry.rays import RayArrays, Rays, make_probe
 from ..geometry.triangles import Triangles
 from ..kernels import call, dispatched, kernel, whole
@@ -207,6 +207,10 @@ def arrays_in(record: Any) -> Iterator[np.ndarray]:
             yield from arrays_in(value)
 
 
+BYTES_IN_MESH = 330
+"""Memory at the peak of a build for each primitive of a mesh of instances: its tree is a bvh's."""
+
+
 class Structure(abc.ABC):
     """A built structure; ``Structure.build`` makes one.
 
@@ -301,11 +305,10 @@ class Structure(abc.ABC):
         InputError
             Naming what to lower.
         """
-        refuse_if_too_large(
-            len(scene) * cls.BYTES_PER_TRIANGLE,
-            f"{cls.name} over {scene.counted}",
-            "use a smaller scene",
-        )
+        needed = len(scene) * cls.BYTES_PER_TRIANGLE
+        if isinstance(scene.geometry, Instanced):
+            needed += stored_in(scene.geometry) * BYTES_IN_MESH
+        refuse_if_too_large(needed, f"{cls.name} over {scene.counted}", "use a smaller scene")
 
     @classmethod
     @abc.abstractmethod

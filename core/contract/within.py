@@ -113,7 +113,7 @@ class _Rows(NamedTuple):
     Attributes
     ----------
     corners : (n, 8, 3) float64
-    depth, count, parent, instance : (n,) int
+    depth, items, parent, instance : (n,) int
         The parent is a number of a row of this kind, counted over all, or -1.
     is_leaf, is_dashed : (n,) bool
     level : (n,) int
@@ -121,7 +121,7 @@ class _Rows(NamedTuple):
 
     corners: np.ndarray
     depth: np.ndarray
-    count: np.ndarray
+    items: np.ndarray
     parent: np.ndarray
     instance: np.ndarray
     is_leaf: np.ndarray
@@ -324,7 +324,7 @@ def _appended(cells: Cells, rows: _Rows, left_out: tuple[str, ...]) -> Cells:
         numbers=np.concatenate([cells.numbers, begin + np.arange(more)]).astype(np.int32),
         depth=np.concatenate([cells.depth, rows.depth]).astype(np.int32),
         is_leaf=np.concatenate([cells.is_leaf, rows.is_leaf]),
-        count=np.concatenate([cells.count, rows.count]).astype(np.int32),
+        count=np.concatenate([cells.count, rows.items]).astype(np.int32),
         extra=extra, faces=_joined(cells.faces, sides), areas=np.concatenate([own_areas, areas]),
         replaced=None if cells.replaced is None
         else np.concatenate([cells.replaced, np.full(more, NEVER)]),

@@ -277,6 +277,7 @@ def test_boxes_of_instances_and_trees_of_meshes_are_shown_and_baked(
     assert bpy.ops.accelscope.build() == {"FINISHED"}
     drawable = session.current.drawable
     cells = drawable.cells
+    assert cells.n_own is not None
     assert cells.is_dashed.sum() == 4
     within = len(cells) - cells.n_own - 4
     text = overlay.shown_text(root.display)

@@ -53,6 +53,8 @@ def test_rows(name, levels):
     scene = muddle(levels)
     structure = built(scene, name)
     own, cells = structure.cells(), cells_with_instances(structure)
+    assert cells.n_own is not None
+    assert cells.is_dashed is not None
     assert np.array_equal(cells.boxes[: cells.n_own], own.boxes)
     assert len(cells.own()) == len(own) == cells.n_own
     assert cells.own().faces is None
@@ -118,6 +120,8 @@ def test_what_is_drawn_is_bounded_and_that_is_said():
     matrices[:, :, 3] = 100 * random.random((len(matrices), 3))
     many = instanced([all_triangles(triangles)], np.zeros(len(matrices), int), matrices)
     cells = cells_with_instances(built(Scene.from_instances(many, "many")))
+    assert cells.n_own is not None
+    assert cells.is_dashed is not None
     assert cells.is_dashed.sum() == MOST_BOXES
     assert len(cells) == cells.n_own + MOST_BOXES + MOST_NODES
     boxes, nodes = cells.left_out
