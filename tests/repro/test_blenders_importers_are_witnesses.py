@@ -76,12 +76,12 @@ def triangles_in_blender(bpy):
 
     if not any(len(mesh.polygons) for mesh in bpy.data.meshes if mesh.users):
         return np.zeros((0, 3, 3))
-    return extraction.extract(bpy.context, extraction.VISIBLE).triangles
+    return extraction.extract(bpy.context, extraction.VISIBLE, "flatten").triangles
 
 
 def read(path):
     """Return the triangles of a file as Blender places them, with z up."""
-    triangles = load_mesh_file(path).triangles
+    triangles = load_mesh_file(path, "flatten").triangles
     if path.suffix not in (".gltf", ".glb"):
         return triangles
     x, y, z = np.moveaxis(triangles, -1, 0)
