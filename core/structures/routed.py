@@ -165,6 +165,10 @@ class Routed(Structure):
     def arrays(self, arrays: None) -> None:
         """Keep nothing: the parts do."""
 
+    def memory(self) -> int:
+        """Return the bytes of all parts."""
+        return sum(part.memory() for part in self.parts)
+
     @classmethod
     def refuse_too_large(cls, scene: Scene, settings: RoutedSettings) -> None:
         """Refuse what one of the parts refuses."""

@@ -6,12 +6,22 @@ import numpy as np
 import pytest
 from accelscope.core.contract.events import VISIT_EMPTY, VISIT_INNER, VISIT_LEAF
 from accelscope.core.contract.lazy import LazyStructure
-from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
+from accelscope.core.evaluation.pages.pictures import entered_by, walk_to_show
+from accelscope.core.evaluation.pages.view import View
+from accelscope.core.evaluation.rays.workloads import (
+    RandomLinesSettings,
+    RandomLinesWorkload,
+    random_lines,
+)
 from accelscope.core.evaluation.records.experiment import Built, make_record, trace_rays
 from accelscope.core.evaluation.records.report import figures, flatten, table
+from accelscope.core.geometry.instances import instanced
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
+from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.progress import Cancelled, Progress
+from accelscope.core.scene import Scene
 from accelscope.core.structures import structures
+from accelscope.sample_scenes import make_sample
 
 LAZY = [
     name
@@ -150,6 +160,36 @@ def test_hard_scenes_agree_with_brute_force(lab, name, scene_name):
     assert lab.differences(names, want, lazy.trace(rays, CLOSEST)[0]) == {}
 
 
+def instances():
+    """Twenty tetrahedra, turned and scaled, and four of such groups."""
+    rng = np.random.default_rng(1)
+    geometry = all_triangles(make_sample("tetra:size=2").triangles)
+    for count in (20, 4):
+        matrices = rng.normal(size=(count, 3, 4)) * [0.5, 0.5, 0.5, 4.0]
+        geometry = instanced([geometry], np.zeros(count, int), matrices)
+    return Scene.from_instances(geometry, "instances")
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("kind", ["solids", "instances"])
+@pytest.mark.parametrize("name", LAZY)
+def test_over_other_items(lab, name, kind):
+    scene = instances() if kind == "instances" else lab.small_scene("rings")
+    eager, lazy = pair(name, scene, mailbox=True)
+    rays = Rays.from_arrays(*random_lines(scene.lower, scene.upper, 400, 1))
+    for query in (ANY, CLOSEST, ALL):
+        assert_same(lazy.trace(rays, query), eager.trace(rays, query))
+    assert lists(lazy).items() <= lists(eager).items()
+    assert lazy.validate() == []
+    naive = structures()["naive"]
+    want, _ = naive.build(scene, naive.Settings()).trace(rays, CLOSEST)
+    hits, counts = lazy.trace(rays, CLOSEST)
+    assert hits.t.tobytes() == want.t.tobytes()
+    assert np.array_equal(hits.primitive, want.primitive)
+    steps = lazy.record(rays, 7, CLOSEST)
+    assert steps.tally() == {name: each[7] for name, each in counts.by_name().items()}
+
+
 @pytest.mark.parametrize("name", LAZY)
 def test_records_tell_cells_and_time(lab, name):
     scene = lab.small_scene("suzanne")
@@ -199,3 +239,15 @@ def test_a_stop_between_passes_leaves_a_sound_structure(lab, name):
     assert lazy.validate() == []
     assert lazy.made().passes == 2
     assert_same(lazy.trace(rays), eager.trace(rays))
+
+
+@pytest.mark.parametrize("name", LAZY)
+def test_the_ray_of_a_picture_goes_through_cells_that_are_there(lab, name):
+    """Though the picture's rays are the first to enter any."""
+    scene = lab.small_scene("suzanne")
+    _, lazy = pair(name, scene)
+    walk = walk_to_show(View(scene), lazy, lazy.cells(), None)
+    entered = entered_by(walk)
+    assert len(entered) > 1
+    assert len(walk.cells.places_of(entered)) == len(np.unique(entered))
+    assert walk.cells.extra["is_made"][walk.cells.places_of(entered)].all()

@@ -253,6 +253,8 @@ def walk_to_show(view: View, structure: Structure, cells: Cells, single: Rays | 
     else:
         rays, widths = single, np.ones(1)
     hits, _ = structure.trace(rays)
+    if structure.made() is not None:
+        cells = structure.cells()  # with those that these rays have made
     sizes = np.zeros(int(cells.numbers.max()) + 1)
     sizes[cells.numbers] = np.linalg.norm(cells.boxes[:, 3:] - cells.boxes[:, :3], axis=1)
     walks = [
