@@ -66,9 +66,9 @@ def expand_octree(tree, node, workspace, span, height):
     return first, span, height
 
 
-for record in OCTREES:
-    all_made(record)
-    implements(leaf_index, record)(leaf_index_of_octree)
+for stored in OCTREES:
+    all_made(stored)
+    implements(leaf_index, stored)(leaf_index_of_octree)
 for record in (*OCTREES, LazyPointers):
     implements(planes, record)(planes_of_octree)
     implements(expand, record)(expand_octree)
