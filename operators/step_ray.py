@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..addon import jobs
+from ..addon.drawing.drawable import make_drawable
 from ..addon.results import session
 from ..addon.settings import properties
 from ..core.errors import InputError
@@ -35,6 +36,7 @@ class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
         assert traced is not None
         index = context.scene.accelscope.ray_index
         angle = context.scene.accelscope.cone_angle
+        made = built.structure.made()
         try:
             if angle:
                 _, steps = built.structure.cover(traced.rays, index, angle)
@@ -43,6 +45,8 @@ class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
         except InputError as error:
             self.report({"ERROR"}, printable(f"{error}; or set Cone to 0"))
             return {"CANCELLED"}
+        if built.structure.made() != made:  # a cone enters more than its ray has
+            session.current.set_cells(make_drawable(built.structure.cells()))
         session.current.set_steps(index, steps, angle)
         session.current.draw_paths(properties.event_shown(context.scene.accelscope))
         text = f"Ray {index}: {len(steps)} events; {session.current.hit_text()}"

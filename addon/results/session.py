@@ -139,10 +139,14 @@ class Session:
     ) -> None:
         """Keep traced rays and the record that has them; and the cells, if rays have made some."""
         if drawable is not None:
-            overlay.set_cells(drawable)
-            self.drawable = drawable
+            self.set_cells(drawable)
         self.traced, self.record = traced, record
         self._clear_paths()
+
+    def set_cells(self, drawable: Drawable) -> None:
+        """Draw the cells of the structure as they are now that rays have made some."""
+        overlay.set_cells(drawable)
+        self.drawable = drawable
 
     def set_steps(self, index: int, steps: Steps, half_angle: float = 0.0) -> None:
         """Keep the walk of one traced ray, or of a cone around it (half angle in radians)."""

@@ -74,6 +74,10 @@ def test_cells_that_rays_make_are_shown(bpy: Any, monkey: Any, root: Any, curren
     tally = current.steps.tally()
     assert tally == {name: current.traced.counters[name][2] for name in tally}
     assert current.built.structure.made().cells == made
+    root.cone_angle = 0.3
+    bpy.ops.accelscope.step_ray()
+    assert current.built.structure.made().cells > made
+    assert current.cells.extra["is_made"].sum() == current.built.structure.made().cells
 
 
 def test_trace_uses_the_camera_where_it_is_now(
