@@ -46,7 +46,7 @@ def mesh_cases(folder):
     for path in sorted(folder.iterdir()):
         if path.suffix in READERS:
             try:
-                found[path.name] = load_mesh_file(path)
+                found[path.name] = load_mesh_file(path, "flatten")
             except InputError:
                 continue
     return found
