@@ -18,7 +18,6 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from ...core.errors import InputError
-from ...core.geometry.instances import owners_of
 from ...core.printing import print_lines
 from ...core.scene.placing import KEEP
 from .. import handlers, jobs
@@ -321,9 +320,7 @@ class Session:
         primitive = int(hits.primitive[self.step_index])
         if primitive < 0:
             return "hits nothing"
-        # In words of the scene: an instance is an object, and its primitives are its mesh's.
-        (owner,), (within,) = owners_of(scene.geometry, np.array([primitive]))
-        name = scene.object_names[scene.object_ids[primitive if owner < 0 else owner]]
+        name, within = scene.object_of(primitive)
         return (
             f"hits {scene.primitive_name} {within} of {name} at t = {hits.t[self.step_index]:.6g}"
         )

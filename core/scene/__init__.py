@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..geometry.geometry import boxes_around, in_order
-from ..geometry.instances import Instanced, flattened, is_of_triangles
+from ..geometry.instances import Instanced, flattened, is_of_triangles, owners_of
 from ..geometry.solids.description import Item
 from ..geometry.solids.making import mixed_of
 from ..geometry.solids.mixed import Mixed
@@ -62,6 +62,9 @@ class Scene:
     materials : tuple of Material
     material_ids : (n,) int32 or None
         Index into `materials` of each item, if there are any.
+    object_first : (n_objects + 1,) int64 or None
+        Number of the first primitive of each object, as hits have it, where an instance may hold
+        several objects; its object id is then the first one's.
     notes : tuple of str
         What the source has and was not read, or was read otherwise than it says; one sentence each,
         without a full stop. They are said once and stand in the record.
@@ -81,6 +84,7 @@ class Scene:
     notes: tuple[str, ...] = ()
     materials: tuple[Material, ...] = ()
     material_ids: np.ndarray | None = None
+    object_first: np.ndarray | None = None
 
     @classmethod
     def from_triangles(
@@ -297,6 +301,18 @@ class Scene:
         """What rays hit: a ``"triangle"`` or an ``"item"`` of any kind."""
         return "triangle" if is_of_triangles(self.geometry) else "item"
 
+    def object_of(self, primitive: int) -> tuple[str, int]:
+        """Return the name of the object that a primitive is of, and its number.
+
+        Over instances that is its number in the object, otherwise in the scene.
+        """
+        if self.object_first is not None:
+            number = int(np.searchsorted(self.object_first, primitive, side="right")) - 1
+            return self.object_names[number], primitive - int(self.object_first[number])
+        (owner,), (within,) = owners_of(self.geometry, np.array([primitive]))
+        number = self.object_ids[primitive if owner < 0 else owner]
+        return self.object_names[number], int(within)
+
     def flat(self) -> Scene:
         """Return the scene with its instances as triangles in world space.
 
@@ -316,8 +332,12 @@ class Scene:
             150 * count, f"{self.name} with {count} triangles", "keep its instances"
         )
         corners, owners = flattened(self.geometry)
+        ids = self.object_ids[owners]
+        if self.object_first is not None:
+            counts = np.diff(self.object_first)
+            ids = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
         return Scene.from_triangles(
-            corners, self.name, self.source, object_ids=self.object_ids[owners],
+            corners, self.name, self.source, object_ids=ids,
             object_names=self.object_names, camera=self.camera, lights=self.lights,
             notes=self.notes,
         )  # fmt: skip

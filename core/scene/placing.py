@@ -7,6 +7,7 @@ scene is one of triangles.
 
 from __future__ import annotations
 
+import dataclasses
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -88,7 +89,7 @@ class Placed(NamedTuple):
 
 
 class _Kept(NamedTuple):
-    """Instances, and the number of the object that each is."""
+    """Instances, and the number of the object that each is, or begins with."""
 
     geometry: Instanced
     object_ids: np.ndarray
@@ -118,10 +119,10 @@ def scene_of(
 ) -> Scene:
     """Return a scene of meshes in places.
 
-    A mesh that is in one place only stands in world space, and its matrix is the identity: so the
-    box around it is as tight as that of its triangles, its tree is made for the axes of the world,
-    and rays are not rounded on their way in. It stays an instance of its own, since it keeps the
-    numbers of its triangles, and its name, that way.
+    Meshes that are in one place only stand in world space, and those that follow each other are one
+    mesh, whose matrix is the identity. So what overlaps has one tree, made for the axes of the
+    world, as it had without instances, and rays are not rounded on their way in. Only those that
+    follow each other, for the triangles of a scene have the same numbers either way.
 
     Parameters
     ----------
@@ -152,10 +153,12 @@ def scene_of(
         with np.errstate(all="ignore"):
             kept = _kept(objects, progress)
         if kept is not None:
-            return Scene.from_instances(
+            scene = Scene.from_instances(
                 kept.geometry, name, source, object_ids=kept.object_ids, object_names=names,
                 notes=notes,
             )  # fmt: skip
+            counts = [len(mesh.triangles) for mesh in meshes]
+            return dataclasses.replace(scene, object_first=np.cumsum([0, *counts]))
         notes = (*notes, "its instances are flattened, for some cannot be computed with in place")
     counts = [len(mesh.triangles) for mesh in meshes]
     total = sum(counts)
@@ -238,47 +241,87 @@ def _kept(objects: Sequence[Placed], progress: Progress) -> _Kept | None:
     if not np.isfinite(matrices).all():
         return None
     _, is_singular = inverted(matrices)
-    meshes: list[np.ndarray] = []
-    numbers: dict[int, int] = {}
-    which, places, owners = [], [], []
-    is_seen = False
+    made = _Making()
     for owner, placed in enumerate(objects):
         progress.report(owner, len(objects), "Taking meshes")
-        mesh, key = placed.mesh, id(placed.mesh)
+        mesh, place = placed.mesh, matrices[owner]
         if not len(mesh.triangles):
             continue
-        place = matrices[owner]
+        is_only = uses[id(mesh)] == 1
         # Through a matrix that makes it flat no ray could be moved into a mesh.
-        if uses[key] == 1 or (is_singular[owner] and place[:, :3].any()):
+        if is_only or (is_singular[owner] and place[:, :3].any()):
             world = moved(mesh.vertices, placed.matrix)[mesh.triangles].astype(np.float64)
             if not _can_be_computed(world):
                 return None
-            if uses[key] == 1 or has_area(world):
-                is_seen = is_seen or has_area(world)
-                which.append(len(meshes))
-                places.append(np.eye(3, 4))
-                owners.append(owner)
-                meshes.append(world)
+            if is_only or has_area(world):
+                made.stands_there(world, owner)
                 continue
-        if key not in numbers:
+        if not made.is_instance(mesh, place, owner, is_singular[owner]):
+            return None
+    return made.kept()
+
+
+class _Making:
+    """Instances in the making, in the order of the objects."""
+
+    def __init__(self) -> None:
+        self._meshes: list[np.ndarray] = []
+        self._numbers: dict[int, int] = {}
+        self._which: list[int] = []
+        self._places: list[np.ndarray] = []
+        self._owners: list[int] = []
+        self._is_seen = False
+        self._waiting: list[np.ndarray] = []
+        """Triangles of objects one after the other that stand in world space."""
+
+    def stands_there(self, world: np.ndarray, owner: int) -> None:
+        """Add an object that is in one place only."""
+        if not self._waiting:
+            self._add(len(self._meshes), np.eye(3, 4), owner)
+            self._meshes.append(world)  # exchanged when all that follows is known
+        self._waiting.append(world)
+
+    def is_instance(
+        self, mesh: Mesh, place: np.ndarray, owner: int, is_singular: np.bool_ | bool
+    ) -> bool:
+        """Add an object whose mesh is in several places; say whether it can be computed with."""
+        self._join()
+        if id(mesh) not in self._numbers:
             local = mesh.vertices[mesh.triangles].astype(np.float64)
             if not _can_be_computed(local):
-                return None
-            numbers[key] = len(meshes)
-            meshes.append(local)
-        is_seen = is_seen or (not is_singular[owner] and has_area(meshes[numbers[key]]))
-        which.append(numbers[key])
-        places.append(place)
-        owners.append(owner)
-    if not is_seen:
-        return None
-    geometry = instanced(
-        [all_triangles(mesh) for mesh in meshes], np.array(which), np.array(places)
-    )
-    boxes = geometry.boxes
-    if not is_computable(boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)):
-        return None
-    return _Kept(geometry, np.array(owners, dtype=np.int32))
+                return False
+            self._numbers[id(mesh)] = len(self._meshes)
+            self._meshes.append(local)
+        number = self._numbers[id(mesh)]
+        self._is_seen = self._is_seen or (not is_singular and has_area(self._meshes[number]))
+        self._add(number, place, owner)
+        return True
+
+    def kept(self) -> _Kept | None:
+        """Return what has been added, if rays can hit it and it can be computed with."""
+        self._join()
+        if not self._is_seen:
+            return None
+        geometry = instanced(
+            [all_triangles(mesh) for mesh in self._meshes], np.array(self._which),
+            np.array(self._places),
+        )  # fmt: skip
+        boxes = geometry.boxes
+        if not is_computable(boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)):
+            return None
+        return _Kept(geometry, np.array(self._owners, dtype=np.int32))
+
+    def _add(self, number: int, place: np.ndarray, owner: int) -> None:
+        self._which.append(number)
+        self._places.append(place)
+        self._owners.append(owner)
+
+    def _join(self) -> None:
+        """Make one mesh of those that stand in world space one after the other."""
+        if self._waiting:
+            self._meshes[-1] = np.concatenate(self._waiting)
+            self._is_seen = self._is_seen or has_area(self._meshes[-1])
+            self._waiting = []
 
 
 def _can_be_computed(corners: np.ndarray) -> bool:

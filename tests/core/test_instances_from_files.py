@@ -143,12 +143,32 @@ def test_numbers_and_names_are_those_of_the_flattened_scene():
     kept, flat = (scene_of(objects, how, "m") for how in (KEEP, FLATTEN))
     assert_same_hits(kept, flat)
     assert kept.object_names == flat.object_names == ("a", "b", "c", "d", "nothing")
-    counts = np.diff(kept.geometry.first)
-    assert np.array_equal(np.repeat(kept.object_ids, counts), flat.object_ids)
+    assert np.array_equal(kept.flat().object_ids, flat.object_ids)
+    for primitive in range(len(flat)):
+        name, within = kept.object_of(primitive)
+        assert name == flat.object_of(primitive)[0]
+        assert within == primitive - np.flatnonzero(flat.object_ids == "abcd".index(name))[0]
     assert kept.geometry.which.tolist() == [0, 1, 2, 1]
     own = kept.geometry.meshes[0].corners
     assert np.array_equal(own, flat.triangles[: len(own)])
     assert np.array_equal(kept.geometry.matrices[0], np.eye(3, 4))
+
+
+def test_what_follows_each_other_in_world_space_is_one_mesh():
+    """So it has one tree, as it had; what is between instances stays between them."""
+    shared = blob()
+    alone = [Placed(f"a{k}", blob(15, k), placed(turned(k), (k, 0, 0))) for k in range(7)]
+    objects = [
+        *alone[:3], Placed("b", shared, placed()), *alone[3:6],
+        Placed("c", shared, placed(move=(0, 4, 0))), alone[6],
+    ]  # fmt: skip
+    kept, flat = (scene_of(objects, how, "m") for how in (KEEP, FLATTEN))
+    assert_same_hits(kept, flat)
+    assert kept.geometry.which.tolist() == [0, 1, 2, 1, 3]
+    assert np.array_equal(kept.flat().object_ids, flat.object_ids)
+    assert np.array_equal(kept.geometry.meshes[2].corners, flat.triangles[56:86])
+    names = [kept.object_of(primitive)[0] for primitive in range(len(flat))]
+    assert names == [flat.object_of(primitive)[0] for primitive in range(len(flat))]
 
 
 def test_flat_instances_stand_in_world_space():
