@@ -76,7 +76,7 @@ def references_of(corners, room):
     boxes, triangle = np.full((room, 6), np.nan), np.full(room, -1, np.int32)
     boxes[: len(corners)], triangle[: len(corners)] = boxes_of(corners), np.arange(len(corners))
     slack = 16 * np.finfo(float).eps / 2 * np.abs(corners).max(axis=(0, 1))
-    return References(corners, slack, triangle, boxes)
+    return References(all_triangles(corners), slack, triangle, boxes)
 
 
 def cost_of(tree):

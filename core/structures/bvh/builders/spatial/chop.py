@@ -12,11 +12,14 @@ M. Stich, H. Friedrich, A. Dietrich: Spatial Splits in Bounding Volume Hierarchi
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .....kernels import inner, whole
+from .....geometry.geometry import clip_box
+from .....geometry.solids.mixed import Mixed
+from .....geometry.triangles import Triangles
+from .....kernels import dispatched, implements, inner, whole
 
 LEFT, RIGHT, BOTH = whole(0), whole(1), whole(2)
 """Where a reference goes, and rows of `Bins.parts`: of the reference that is being chopped."""
@@ -27,14 +30,14 @@ class References(NamedTuple):
 
     Attributes
     ----------
-    corners : (n_triangles, 3, 3) float64
+    geometry : NamedTuple of arrays
     slack : (3,) float64
         By how much a crossing is widened, per axis.
     triangle : (capacity,) int32
     boxes : (capacity, 6) float64
     """
 
-    corners: np.ndarray
+    geometry: Any
     slack: np.ndarray
     triangle: np.ndarray
     boxes: np.ndarray
@@ -101,7 +104,8 @@ def chop(corners, slack, triangle, boxes, row, axis, plane, parts):
 
     Parameters
     ----------
-    corners, slack
+    corners : (n_triangles, 3, 3) float64
+    slack
         As in :class:`References`.
     boxes, row
         Where the box is.
@@ -127,3 +131,37 @@ def chop(corners, slack, triangle, boxes, row, axis, plane, parts):
     for side in range(2):
         for k in range(3):
             restrict(parts, side, k, boxes[row, k], boxes[row, 3 + k])
+
+
+@dispatched
+def chop_item(geometry, slack, item, boxes, row, axis, plane, parts, polygon):
+    """Write the boxes of what of an item, in a box, is LEFT and RIGHT of a plane.
+
+    Parameters
+    ----------
+    boxes, row
+        Where the box is.
+    parts : (2 or more, 6) float64
+    polygon : (2 * POLYGON_SIZE, 3) float64
+        Scratch.
+    """
+    raise TypeError(f"nothing of {type(geometry).__name__} can be chopped")
+
+
+@implements(chop_item, Triangles)
+def chop_triangle(geometry, slack, item, boxes, row, axis, plane, parts, polygon):
+    """Look at the edges."""
+    chop(geometry.corners, slack, item, boxes, row, axis, plane, parts)
+
+
+@implements(chop_item, Mixed)
+def chop_solid(geometry, slack, item, boxes, row, axis, plane, parts, polygon):
+    """Cut the box, then shrink both parts as far as the item's kind can tell."""
+    low, high = boxes[row, axis], boxes[row, 3 + axis]
+    copy(parts, LEFT, boxes, row)
+    copy(parts, RIGHT, parts, LEFT)
+    restrict(parts, LEFT, axis, low, plane)
+    restrict(parts, RIGHT, axis, plane, high)
+    for side in range(2):
+        if not is_empty(parts, side):
+            clip_box(geometry, item, parts[side], parts[side], polygon)

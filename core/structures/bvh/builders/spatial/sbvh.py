@@ -31,6 +31,7 @@ from .....geometry.box import area_of
 from .....geometry.box_shape import surface_area
 from .....geometry.instances import is_of_triangles
 from .....geometry.rays import ULPS
+from .....geometry.solids.mixed import Mixed
 from .....geometry.triangles import Triangles
 from .....kernels import call, inner, kernel, whole
 from .....parallel import core_count
@@ -270,16 +271,18 @@ class Construction:
         room = int(settings.duplication * count)
         boxes, triangle = np.empty((room, 6)), np.empty(room, np.int32)
         boxes[:count], triangle[:count] = primitives.boxes, np.arange(count)
-        if not isinstance(primitives.geometry, Triangles):
-            first = "--instances flatten or " * is_of_triangles(primitives.geometry)
-            what = "instances" if first else "other items as well"
+        geometry = primitives.geometry
+        if isinstance(geometry, Triangles):
+            reach = np.abs(geometry.corners).max(axis=(0, 1))
+        elif isinstance(geometry, Mixed):
+            reach = geometry.reach
+        else:
+            first = "--instances flatten or " * is_of_triangles(geometry)
             raise InputError(
-                f"sbvh cuts triangles into pieces, and the scene holds {what}; choose {first}"
-                "another builder, such as binned_sah"
+                "sbvh cuts what it groups into pieces, and the scene holds instances; choose "
+                f"{first}another builder, such as binned_sah"
             )
-        corners = primitives.geometry.corners
-        reach = np.abs(corners).max(axis=(0, 1))
-        self.references = References(corners, ULPS * reach, triangle, boxes)
+        self.references = References(geometry, ULPS * reach, triangle, boxes)
         n_nodes = 2 * room - 1
         self.tree = Growing(
             np.empty((n_nodes, 6)), np.empty(n_nodes, np.int32),

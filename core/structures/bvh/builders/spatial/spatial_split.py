@@ -15,9 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .....geometry.box import area_of
+from .....geometry.clip import POLYGON_SIZE
 from .....kernels import inner, whole
 from ..top_down.recursion import axis_at
-from .chop import BOTH, LEFT, RIGHT, chop, clear, copy, enlarge, is_empty, restrict
+from .chop import BOTH, LEFT, RIGHT, chop_item, clear, copy, enlarge, is_empty, restrict
 
 SPATIAL, OBJECT = whole(0), whole(1)
 """Kinds of splits, and which row of a node's bounds has the box that is cut into bins: that around
@@ -41,16 +42,22 @@ class Bins(NamedTuple):
         References whose first bin it is; then, those whose last bin it is.
     parts : (6, 6) float64
         LEFT, RIGHT, REST, TRIAL, and two rows from SIDES on.
+    polygon : (2 * POLYGON_SIZE, 3) float64
+        For clipping.
     """
 
     boxes: np.ndarray
     counts: np.ndarray
     parts: np.ndarray
+    polygon: np.ndarray
 
 
 def make_bins(count: int) -> Bins:
     """Return scratch memory for so many bins."""
-    return Bins(np.empty((2 * count, 6)), np.empty(2 * count, np.int64), np.empty((6, 6)))
+    return Bins(
+        np.empty((2 * count, 6)), np.empty(2 * count, np.int64), np.empty((6, 6)),
+        np.empty((2 * POLYGON_SIZE, 3)),
+    )  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------ binning
@@ -78,7 +85,7 @@ def bins_of(boxes, i, kind, axis, low, scale, used):
 @inner
 def fill_bins(references, first, count, kind, axis, low, scale, used, bins):
     """Chop references at the borders of the bins."""
-    corners, slack, triangle = references.corners, references.slack, references.triangle
+    geometry, slack, triangle = references.geometry, references.slack, references.triangle
     boxes, parts = references.boxes, bins.parts
     for b in range(used):
         bins.counts[b] = bins.counts[used + b] = 0
@@ -93,7 +100,7 @@ def fill_bins(references, first, count, kind, axis, low, scale, used, bins):
         copy(parts, REST, boxes, i)
         while b < last:
             plane = low + (b + 1) / scale
-            chop(corners, slack, triangle[i], parts, REST, axis, plane, parts)
+            chop_item(geometry, slack, triangle[i], parts, REST, axis, plane, parts, bins.polygon)
             if not is_empty(parts, LEFT):
                 enlarge(bins.boxes, b, parts, LEFT)
             copy(parts, REST, parts, RIGHT)
@@ -236,7 +243,10 @@ def divide(references, first, count, kind, bounds, axis, last_left, n_left, n_ri
         elif start > last_left:
             where = RIGHT
         else:
-            chop(references.corners, references.slack, triangle[i], boxes, i, axis, plane, parts)
+            chop_item(
+                references.geometry, references.slack, triangle[i], boxes, i, axis, plane, parts,
+                bins.polygon,
+            )  # fmt: skip
             # The box may straddle the plane though nothing of the triangle in it does.
             if is_empty(parts, LEFT):
                 where = RIGHT
