@@ -138,7 +138,7 @@ def dispatched(function: Callable) -> Callable:
 
 
 def implements(
-    declared: Any, record: type, *, inline: bool = False
+    declared: Any, record: type, *, beside: type | None = None, inline: bool = False
 ) -> Callable[[Callable], Callable]:
     """Register an implementation of a dispatched kernel for one NamedTuple type.
 
@@ -147,20 +147,39 @@ def implements(
     declared : dispatched kernel
     record : NamedTuple class
         The type of the first argument this implementation is for.
+    beside : NamedTuple class, optional
+        Only where one of the other arguments is of this type, too; for all others there is an
+        implementation without.
     inline : bool
-        Compile it into every caller, like :func:`inlined`.
+        Compile it into every caller, like :func:`inlined`. What is inlined is compiled by itself
+        as well: of several layers of it, the innermost as often as there are layers.
     """
     options = INNER | {"forceinline": True} if inline else INNER
+    table = declared.__dict__.setdefault("implementations", {})
 
     def register(function: Callable) -> Callable:
-        declared.register(record)(function)
+        table[record, beside] = function
+
+        def by_type(first: Any, *others: Any) -> Any:
+            kinds = [type(other) for other in others]
+            special = next((kind for kind in kinds if (record, kind) in table), None)
+            return table[record, special](first, *others)
+
+        declared.register(record)(by_type if any(kind for _, kind in table) else function)
         if has_numba():
             from numba import types
             from numba.extending import overload
 
+            def class_of(argument: Any) -> type | None:
+                is_record = isinstance(argument, types.BaseNamedTuple)
+                return argument.instance_class if is_record else None
+
             def choose(first: Any, *others: Any) -> Callable | None:
-                is_ours = isinstance(first, types.BaseNamedTuple) and first.instance_class is record
-                return function if is_ours else None
+                if class_of(first) is not record:
+                    return None
+                kinds = [class_of(other) for other in others]
+                special = next((kind for kind in kinds if kind and (record, kind) in table), None)
+                return function if special is beside else None
 
             overload(declared, strict=False, jit_options=options)(choose)
         return function

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-# Imported for what they register: how a triangle is met, and a solid.
+# Imported for what they register: how a triangle is met, and a solid, by a ray and by a cone.
+from ..geometry import cones as cones
 from ..geometry import triangle as triangle
-from ..geometry.cones import Cone, touch
 from ..geometry.geometry import intersect
-from ..geometry.rays import ALL, ANY, Ray
+from ..geometry.rays import ALL, ANY
 from ..geometry.solids import crossing as crossing
 from ..geometry.solids import extent as extent
 from ..geometry.solids.mixed import Mixed
@@ -51,24 +51,6 @@ NOTHING = Best(np.inf, NONE, 0, 0, 0)
 
 EVERYWHERE = np.inf
 """As `leave`: no hit is postponed, since whatever the leaf holds lies within it."""
-
-
-@dispatched
-def meet(probe, geometry, index, limit, number, workspace, log):
-    """Return t at which a probe meets an item, and the number that the hit is known by."""
-    raise TypeError(f"nothing is met by {type(probe).__name__}")
-
-
-@implements(meet, Ray, inline=True)
-def meet_by_ray(probe, geometry, index, limit, number, workspace, log):
-    """Ask for the hit."""
-    return intersect(geometry, index, probe, limit, number, workspace, log)
-
-
-@implements(meet, Cone)
-def meet_by_cone(probe, geometry, index, limit, number, workspace, log):
-    """Ask whether the cone reaches the item."""
-    return touch(geometry, index, probe)
 
 
 @dispatched
@@ -129,7 +111,7 @@ def test_items(
                 continue
             workspace.mailbox[n] = number
         limit = best_t if ray.query != ALL and best_t < ray.t_max else ray.t_max
-        t, met = meet(ray, geometry, item, limit, number, workspace, log)
+        t, met = intersect(geometry, item, ray, limit, number, workspace, log)
         tests += 1
         note(log, TEST, cell, n, t, t)
         if t <= ray.t_max and (t < best_t or (t == best_t and met < primitive)):

@@ -20,13 +20,14 @@ import numpy as np
 from ..kernels import dispatched, implements, inner, whole
 from .box import Boxes
 from .combined import Intersection, Union
+from .geometry import intersect
 from .kdop import KDOPs
 from .obb import OBBs
-from .rays import ALL, RayArrays, Rays, make_probe, make_ray
+from .rays import ALL, Ray, RayArrays, Rays, make_probe, make_ray
 from .sphere import SmallestSpheres, Spheres
-from .triangle import NO_HIT, intersect_triangle
+from .triangle import NO_HIT
 from .triangles import Triangles
-from .volume import MISS, pierce, slack_of
+from .volume import MISS, slack_of, span
 
 
 class ConeArrays(NamedTuple):
@@ -201,20 +202,17 @@ def reach_ball(cone, x, y, z, r, limit):
     return enter, leave if leave < limit else limit
 
 
-@implements(pierce, Cone)
-def pierce_by_cone(probe, volumes, index, strips, limit):
+def span_by_ball(volumes, index, probe, strips, limit):
     """Ask for the ball around the volume."""
     x, y, z, r = ball_around(volumes, index)
     return reach_ball(probe, x, y, z, r, limit)
 
 
+for kind in (Boxes, KDOPs, OBBs, SmallestSpheres, Spheres, Intersection, Union):
+    implements(span, kind, beside=Cone)(span_by_ball)
+
+
 # --------------------------------------------------------------------------------------- items
-
-
-@dispatched
-def touch(geometry, index, cone):
-    """Return the least t at which an item may meet a cone, NO_HIT if it does not, and its id."""
-    raise TypeError(f"no touch for {type(geometry).__name__}")
 
 
 @inner
@@ -238,9 +236,23 @@ def meets_segment(cone, ax, ay, az, bx, by, bz):
     return at_a - rise * rise / curvature >= 0.0
 
 
-@implements(touch, Triangles)
-def touch_triangle(geometry, index, cone):
-    """Ask the parts of its edges that lie between the cone's ends, its parts there, and the axis.
+@inner
+def axis_hit(geometry, index, c):
+    """Return t of the axis and a triangle, NO_HIT beyond the cone's end."""
+    axis = Ray(
+        c.ox, c.oy, c.oz, c.dx, c.dy, c.dz, c.ix, c.iy, c.iz, c.low_x, c.low_y, c.low_z,
+        c.high_x, c.high_y, c.high_z, c.kx, c.ky, c.kz, c.okx, c.oky, c.okz,
+        c.shear_x, c.shear_y, c.shear_z, c.t_min, c.t_max, c.query, c.time, c.mask,
+    )  # fmt: skip
+    t, _ = intersect(geometry, index, axis, c.t_max, 0, 0, 0)
+    return t if t <= c.t_max else NO_HIT
+
+
+@implements(intersect, Triangles, beside=Cone)
+def intersect_with_cone(geometry, index, cone, limit, number, workspace, log):
+    """Return the least t at which a triangle may meet a cone, NO_HIT if it does not, and its id.
+
+    Ask the parts of its edges that lie between the cone's ends, its parts there, and the axis.
 
     A plane cuts a cone in a curve. Where that does not meet the border of the triangle, the whole
     of it lies inside, and the axis with it, or outside.
@@ -287,5 +299,4 @@ def touch_triangle(geometry, index, cone):
     t = t if t > cone.t_min else cone.t_min
     if is_met:
         return t, primitive
-    pierced = intersect_triangle(corners, index, cone, geometry.reach)
-    return (pierced if pierced <= cone.t_max else NO_HIT), primitive
+    return axis_hit(geometry, index, cone), primitive

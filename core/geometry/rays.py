@@ -265,6 +265,7 @@ def make_probe(batch, index, reach):
 
 
 @inner
+@implements(make_probe, RayArrays)
 def make_ray(rays, index, reach):
     """Return ray number `index` of the batch; `reach` is the scene's largest |coordinate|, (3,)."""
     o, d, inverse = rays.origins[index], rays.directions[index], rays.inverse[index]
@@ -273,12 +274,6 @@ def make_ray(rays, index, reach):
         rays.t_min[index], rays.t_max[index], rays.queries[index], rays.times[index],
         rays.masks[index],
     )  # fmt: skip
-
-
-@implements(make_probe, RayArrays)
-def probe_of_rays(batch, index, reach):
-    """Return the ray."""
-    return make_ray(batch, index, reach)
 
 
 @inlined

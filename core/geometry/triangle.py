@@ -39,22 +39,12 @@ SMALL, LARGER = 1e-30, 2.0**330
 
 
 @implements(intersect, Triangles, inline=True)
-def intersect_one(geometry, index, ray, limit, number, workspace, log):
-    """Return t of one of the triangles, and its id."""
-    t = intersect_triangle(geometry.corners, index, ray, geometry.reach)
-    return t, whole(geometry.ids[index])
-
-
-@inlined
-def intersect_triangle(corners, index, ray, reach):
-    """Return the t at which the ray hits triangle `index`, or NO_HIT.
+def intersect_triangle(geometry, index, ray, limit, number, workspace, log):
+    """Return the t at which the ray hits a triangle, or NO_HIT, and its id.
 
     Edges and corners belong to the triangle; zero-area triangles are never hit.
-
-    Parameters
-    ----------
-    corners : (n, 3 or more, 3) float64
     """
+    corners, primitive = geometry.corners, whole(geometry.ids[index])
     # Corners relative to the origin, sheared onto the ray's axis.
     az = corners[index, 0, ray.kz] - ray.okz
     bz = corners[index, 1, ray.kz] - ray.okz
@@ -65,8 +55,10 @@ def intersect_triangle(corners, index, ray, reach):
     by = corners[index, 1, ray.ky] - ray.oky - ray.shear_y * bz
     cx = corners[index, 2, ray.kx] - ray.okx - ray.shear_x * cz
     cy = corners[index, 2, ray.ky] - ray.oky - ray.shear_y * cz
-    t = intersect_sheared(ax, ay, az, bx, by, bz, cx, cy, cz, ray, reach)
-    return NO_HIT if t == NO_HIT else clamp_to_own_box(corners, index, ray, t)
+    t = intersect_sheared(ax, ay, az, bx, by, bz, cx, cy, cz, ray, geometry.reach)
+    if t == NO_HIT:
+        return NO_HIT, primitive
+    return clamp_to_own_box(corners, index, ray, t), primitive
 
 
 @inlined

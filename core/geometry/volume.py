@@ -32,8 +32,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import dispatched, implements, inlined, inner
-from .rays import Ray
+from ..kernels import dispatched, inlined, inner
 
 EPS = np.finfo(np.float64).eps
 """Spacing of the numbers above 1: twice what one operation rounds, relatively."""
@@ -83,25 +82,13 @@ def span(volumes, index, ray, strips, limit):
     raise TypeError(f"no span for {type(volumes).__name__}")
 
 
-@dispatched
-def pierce(probe, volumes, index, strips, limit):
-    """Return the t at which a probe enters and leaves a volume, as :func:`span` does for a ray."""
-    raise TypeError(f"no volumes for {type(probe).__name__}")
-
-
-@implements(pierce, Ray, inline=True)
-def pierce_by_ray(probe, volumes, index, strips, limit):
-    """Ask the volume."""
-    return span(volumes, index, probe, strips, limit)
-
-
 @inlined
 def enter(volumes, index, ray, strips, limit):
     """Return the t at which a probe enters a volume, or MISS if it does not by t = `limit`.
 
     One that starts inside enters at its t_min.
     """
-    t_enter, t_leave = pierce(ray, volumes, index, strips, limit)
+    t_enter, t_leave = span(volumes, index, ray, strips, limit)
     return t_enter if t_enter <= t_leave else MISS
 
 

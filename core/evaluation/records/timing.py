@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ...geometry.geometry import intersect
 from ...geometry.rays import RayArrays, make_ray
-from ...geometry.triangle import intersect_triangle
 from ...geometry.triangles import Triangles
 from ...geometry.volume import MOST_STRIPS
 from ...kernels import call, kernel
@@ -51,7 +51,8 @@ def meet_triangles(triangles, rays, count):
         total += use(ray)
         best = np.inf
         for k in range(len(triangles.ids)):
-            t = intersect_triangle(triangles.corners, k, ray, triangles.reach)
+            # Of a triangle alone, what comes after the ray is not looked at.
+            t, _ = intersect(triangles, k, ray, np.inf, 0, 0, 0)
             best = t if t < best else best
         if best < total:
             total += best

@@ -66,8 +66,7 @@ def violations_of(
     ):
         violations.append("a node does not contain a child")
     # Of a solid that is cut, ever less is left the better the cell is known.
-    is_cut = parts is not None
-    is_exact = not is_cut or isinstance(geometry, Triangles)
+    is_exact = parts is None or isinstance(geometry, Triangles)
     if isinstance(volumes, Boxes) and len(inner) and not violations and is_exact:
         boxes, starts = volumes.rows, np.cumsum(width) - width
         union_low = np.minimum.reduceat(boxes[children, :3], starts)
@@ -87,7 +86,8 @@ def violations_of(
             outsiders = sticking_out(volumes, *referred(referred_to, parts, *ranges_below, SILENT))
         if len(outsiders):
             violations.append(f"items stick out of {len(outsiders)} nodes")
-    if is_cut and isinstance(geometry, Triangles) and not covers(geometry, around, ids, parts):
+    is_cut = parts is not None and isinstance(geometry, Triangles)
+    if is_cut and not covers(geometry, around, ids, np.asarray(parts)):
         violations.append("the parts of a triangle do not cover it")
     return violations
 
