@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import InputError
 from ..reading import refuse_if_no_file
 from ..scene import Scene
-from ..scene.placing import KEEP, scene_of
+from ..scene.placing import KEEP, Mesh, Placed, scene_of
 from .contents import BrokenFile, Contents
 from .gltf import read_gltf
 from .obj import read_obj
@@ -33,6 +33,11 @@ READERS: dict[str, Callable[[Path], Contents]] = {
     ".off": read_off,
 }
 """How a mesh file is read, by its suffix."""
+
+
+def has_triangles(placed: Placed) -> bool:
+    """Say whether the mesh of an object has any."""
+    return isinstance(placed.mesh, Mesh) and len(placed.mesh.triangles) > 0
 
 
 def load_mesh_file(path: str | Path, instances: str = KEEP) -> Scene:
@@ -63,7 +68,7 @@ def load_mesh_file(path: str | Path, instances: str = KEEP) -> Scene:
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
     counts = [len(piece.triangles) for piece in pieces]
-    if not sum(counts) and not any(len(each.mesh.triangles) for each in placed):
+    if not sum(counts) and not any(has_triangles(each) for each in placed):
         also = "".join(f"; {note}" for note in notes)
         raise InputError(f"{path} has no triangles{also}; choose a mesh with faces")
     if placed:

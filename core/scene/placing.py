@@ -151,7 +151,7 @@ def scene_of(
             f"{name} with {len(objects)} instances of {once} triangles", advice,
         )  # fmt: skip
         with np.errstate(all="ignore"):
-            kept = _kept(objects, progress)
+            kept = _kept(objects, meshes, progress)
         if kept is not None:
             scene = Scene.from_instances(
                 kept.geometry, name, source, object_ids=kept.object_ids, object_names=names,
@@ -230,27 +230,27 @@ def _of_items(
     )  # fmt: skip
 
 
-def _kept(objects: Sequence[Placed], progress: Progress) -> _Kept | None:
-    """Return instances; None if they are better flattened.
+def _kept(objects: Sequence[Placed], meshes: Sequence[Mesh], progress: Progress) -> _Kept | None:
+    """Return instances, of the meshes of objects; None if they are better flattened.
 
     That is where a number is too large or none, for then triangles are dropped one by one, and
     where no ray could hit anything, for then it is said what is wrong with the triangles.
     """
-    uses = Counter(id(placed.mesh) for placed in objects)
+    uses = Counter(map(id, meshes))
     matrices = np.array([placed.matrix[:3] for placed in objects])
     if not np.isfinite(matrices).all():
         return None
     _, is_singular = inverted(matrices)
     made = _Making()
-    for owner, placed in enumerate(objects):
+    for owner, (placed, mesh) in enumerate(zip(objects, meshes, strict=True)):
         progress.report(owner, len(objects), "Taking meshes")
-        mesh, place = placed.mesh, matrices[owner]
+        place = matrices[owner]
         if not len(mesh.triangles):
             continue
         is_only = uses[id(mesh)] == 1
         # Through a matrix that makes it flat no ray could be moved into a mesh.
         if is_only or (is_singular[owner] and place[:, :3].any()):
-            world = moved(mesh.vertices, placed.matrix)[mesh.triangles].astype(np.float64)
+            world = _in_world(mesh, placed.matrix).astype(np.float64)
             if not _can_be_computed(world):
                 return None
             if is_only or has_area(world):
@@ -325,5 +325,7 @@ class _Making:
 
 
 def _can_be_computed(corners: np.ndarray) -> bool:
-    """Say whether triangles can be computed with, all of them."""
-    return is_computable(corners.min(axis=(0, 1)), corners.max(axis=(0, 1)))
+    """Say whether triangles can be computed with, all of them; those in one point are not hit."""
+    lower, upper = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    is_point = np.array_equal(lower, upper) and bool((np.abs(lower) < LARGEST).all())
+    return is_point or is_computable(lower, upper)

@@ -191,6 +191,17 @@ def test_flat_instances_stand_in_world_space():
     assert set(owners.tolist()) == {0, 1, 3}
 
 
+def test_an_object_in_a_point_is_no_reason_to_flatten():
+    mesh = blob()
+    objects = [
+        Placed("a", mesh, placed()), Placed("b", mesh, placed(move=(4, 0, 0))),
+        Placed("point", blob(9, 4), placed(np.zeros((3, 3)), (0, 0, 9))),
+    ]  # fmt: skip
+    kept, flat = (scene_of(objects, how, "m") for how in (KEEP, FLATTEN))
+    assert kept.notes == ()
+    assert_same_hits(kept, flat)
+
+
 # ----------------------------------------------------------------------------- what is not kept
 
 
