@@ -163,10 +163,14 @@ def test_figures_are_means_over_all_rays(evaluate, tmp_path):
         "--rays", "random_lines:count=999", "--hits", path,
     )  # fmt: skip
     hits, names = np.load(path), names_of(structures()["grid"].COUNTERS)
-    assert set(hits.files) == {"t", "primitive", "ray_class", *names}
+    assert set(hits.files) == {
+        "t", "primitive", "instance", "origins", "directions", "t_min", "t_max", "query",
+        "ray_class", "class_names", "source", "target", "time", "mask", "pixel", *names,
+    }  # fmt: skip
     assert hits["t"].dtype == np.float64
     assert hits["primitive"].dtype.kind == "i"
-    assert {len(hits[name]) for name in hits.files} == {999}
+    assert {len(hits[name]) for name in hits.files if name != "class_names"} == {999}
+    assert (hits["instance"] == -1).all()
     missed = hits["primitive"] == -1
     assert (np.isinf(hits["t"]) == missed).all()
     assert missed.any()

@@ -67,7 +67,7 @@ def _described(listed: list[Any]) -> Item:
     kind, values = KINDS[listed[0]], listed[1:]
     if kind is Placed:
         values[0] = _described(values[0])
-    return kind(*values)  # type: ignore[no-any-return]
+    return kind(*values)
 
 
 def moved(item: Item, matrix: np.ndarray) -> Item:
