@@ -1,5 +1,7 @@
 """Solids in a real Blender window: what objects stand for is chosen, built over and walked through.
 
+And instances: what is in several places is built over and drawn.
+
 .ci/blender_window.sh tests/window/solids.py build/window/solids [-- ZIP]
 """
 
@@ -119,6 +121,35 @@ def walk_through_a_sample() -> Steps:
     settings().display.leaves_only = True
     yield 1.0
     station("ray")
+
+
+@session.step
+def build_over_instances() -> Steps:
+    """Linked duplicates stay one mesh: their boxes are dashed, its tree stands in one of them."""
+    settings().display.leaves_only = False
+    bpy.ops.accelscope.clear()
+    bpy.ops.object.select_all(action="SELECT")
+    bpy.ops.object.delete()
+    bpy.ops.mesh.primitive_monkey_add()
+    for number in range(1, 6):
+        twin = bpy.data.objects.new(f"Twin{number}", bpy.context.object.data)
+        twin.location = (3.0 * (number % 3), 3.5 * (number // 3), 0.0)
+        twin.rotation_euler = (0.3 * number, 0.5 * number, 0.9 * number)
+        twin.scale.z = 0.6 + 0.1 * number
+        bpy.context.collection.objects.link(twin)
+    bpy.ops.object.select_all(action="SELECT")
+    frame()
+    yield from build()
+    cells = results().cells
+    assert cells.is_dashed.sum() == 6
+    settings().display.depth_max = int(cells.depth[cells.is_dashed][0]) + 4
+    over_viewport()
+    yield 1.0
+    station("instances")
+    twin.location.x += 1.0
+    yield lambda: status() == "Out of date: Twin5 has moved"
+    twin.location.x -= 1.0
+    yield lambda: status() == "Up to date"
 
 
 @session.step
