@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +13,10 @@ import numpy as np
 import pytest
 from accelscope.addon.command.main import main
 from accelscope.core.evaluation.pages import view
+
+# Whoever starts tests in the background of a script has Ctrl-C ignored, in them and in all that
+# they start; stops could not be tested so.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 CASES = Path(__file__).parent / "repro" / "cases"
 
