@@ -16,7 +16,11 @@ from ..core.scene import Scene
 from ..core.scene.material import Material
 from ..core.settings import check, to_json
 
-BYTES_PER_ITEM = 450  # at the peak of generating (measured); the scene keeps 80 of a triangle
+BYTES_PER_TRIANGLE = 550
+"""At the peak of generating, measured; the scene keeps 80."""
+
+BYTES_PER_ITEM = 1700
+"""The same of an item that is described: of polygons of many corners; others take up to 1350."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ class Sample:
         check(settings, f"sample scene {self.name}")
         count = self.count(settings)
         refuse_if_too_large(
-            count * BYTES_PER_ITEM,
+            count * (BYTES_PER_TRIANGLE if self.described is None else BYTES_PER_ITEM),
             f"sample scene {self.name} with {count} items",
             "lower its settings",
         )

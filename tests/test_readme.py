@@ -96,12 +96,13 @@ def test_make_demo(tmp_path: Path) -> None:
     program = [sys.executable, "-m", "accelscope.addon.command.demo", "--output", tmp_path]
     done = subprocess.run(program, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    from accelscope.addon.command.demo import SOLIDS
+    from accelscope.addon.command import demo
     from accelscope.core.structures import structures
     from accelscope.sample_scenes import samples
 
-    shown = [name for name in samples() if name not in SOLIDS]
-    assert len(shown) == len(samples()) - len(SOLIDS)
+    shown = demo.shown()
+    assert set(shown) >= {"tetra", "suzanne", "bunny", "soup"}
+    assert {"balls", "mount"} <= set(samples()) - set(shown)
 
     rows = (tmp_path / "records.csv").read_text().splitlines()
     assert len(rows) == 1 + 2 * len(shown) * len(structures())

@@ -15,22 +15,27 @@ from ...core.printing import print_lines
 RAYS = ("camera:width=160,height=120", "random_lines:count=10000")
 """Few, because the naive algorithm is among the structures."""
 
-SOLIDS = ("balls", "gears", "jacks", "lattice", "rings", "shells", "teapot", "tree")
-"""Samples that are left out: in Blender their solids become up to 590,000 triangles, which would
-take the naive algorithm hours. ``accelscope evaluate sample:balls`` has them as they are."""
+
+def shown() -> list[str]:
+    """Return the names of the samples that are shown: those of triangles.
+
+    Every structure is built over them; ``accelscope evaluate sample:balls`` shows solids.
+    """
+    from ...sample_scenes import samples
+
+    return [name for name, sample in samples().items() if sample.described is None]
 
 
 def make_blend_files(folder: Path) -> list[str]:
-    """Save each sample scene as a .blend and return their paths."""
+    """Save each sample scene that is shown as a .blend and return their paths."""
     import bpy
 
-    from ...sample_scenes import samples
     from .. import register, unregister
 
     register()
     try:
         paths = []
-        for name in (name for name in samples() if name not in SOLIDS):
+        for name in shown():
             bpy.ops.wm.read_factory_settings(use_empty=True)
             bpy.ops.accelscope.add_sample_scene(sample=name)
             paths.append(str(folder / f"{name}.blend"))
