@@ -335,7 +335,7 @@ def test_pictures(run, tmp_path):
     page = (folder / "index.html").read_text()
     files = sorted(path.name for path in folder.iterdir() if path.name != "index.html")
     framed = [name for name in files if re.search(r"-[a-z_]+-\d+\.png$", name)]
-    assert len(files) - len(framed) == 3 + 2 + 3
+    assert len(files) - len(framed) == 4 + 3 + 4
     assert sum("-levels-" in name for name in framed) >= 2 * 2
     for name in files:
         assert page.count(f'src="{name}"') == 1

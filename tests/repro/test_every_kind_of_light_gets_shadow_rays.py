@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.evaluation.rays.workloads import CameraSettings, CameraWorkload
+from accelscope.core.evaluation.records.experiment import Built, trace
 from accelscope.core.geometry.rays import ANY
 from accelscope.core.scene import Camera, Light, Scene
 from accelscope.core.structures.naive import Naive
@@ -28,8 +29,9 @@ def traced(triangles, *lights):
     """Return the shadow rays, the points of the floor they start from, and which are blocked."""
     eye = Camera(np.array([0.0, 0, 0.9]), np.zeros(3), np.array([0.0, 1, 0]), 150.0)
     scene = Scene.from_triangles(triangles, "floor", camera=eye, lights=lights)
-    rays = CameraWorkload.make(scene, CameraSettings(width=N, height=N, shadows=True))
-    hits, _ = Naive.build(scene, Naive.Settings()).trace(rays)
+    naive = Built(Naive.build(scene, Naive.Settings()), 0.0)
+    lit = trace(naive, CameraWorkload, CameraSettings(width=N, height=N, shadows=True))
+    rays, hits = lit.rays, lit.hits
     shadow = rays.classes == 1
     assert (rays.queries[shadow] == ANY).all()
     assert (hits.primitive[: N * N] >= 0).all()

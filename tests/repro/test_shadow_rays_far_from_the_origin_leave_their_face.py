@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from accelscope.core.evaluation.rays.workloads import CameraSettings, CameraWorkload
+from accelscope.core.evaluation.records.experiment import Built, trace
 from accelscope.core.geometry.icosphere import icosphere
 from accelscope.core.scene import Camera, Scene, point_lights
 from accelscope.core.structures.bvh import BVH
@@ -18,6 +19,14 @@ def rounded(points):
     return np.round(np.asarray(points, dtype=float) / FINEST) * FINEST
 
 
+def lit(scene, size):
+    """Return the rays of a camera and their shadow rays, and what they hit."""
+    bvh = Built(BVH.build(scene, BVH.Settings()), 0.0)
+    settings = CameraSettings(width=size, height=size, shadows=True)
+    traced = trace(bvh, CameraWorkload, settings)
+    return traced.rays, traced.hits
+
+
 def blocked(triangles, eye, at, light, away):
     """Return how many primary rays hit, and which of their shadow rays are blocked."""
     eye, at, light = (rounded(point) + away for point in (eye, at, light))
@@ -25,8 +34,7 @@ def blocked(triangles, eye, at, light, away):
         rounded(triangles) + away, "far", camera=Camera(eye, at, UP, 40.0),
         lights=point_lights(light),
     )  # fmt: skip
-    rays = CameraWorkload.make(scene, CameraSettings(width=150, height=150, shadows=True))
-    hits, _ = BVH.build(scene, BVH.Settings()).trace(rays)
+    rays, hits = lit(scene, 150)
     hit = hits.primitive >= 0
     return int(hit[rays.classes == 0].sum()), hit[rays.classes == 1]
 
@@ -63,8 +71,7 @@ def test_a_camera_far_away_from_a_scene_at_the_origin():
     scene = Scene.from_triangles(
         icosphere(2), "near", camera=camera, lights=point_lights((9.0, -3.0, 4.0))
     )
-    rays = CameraWorkload.make(scene, CameraSettings(width=100, height=100, shadows=True))
-    hits, _ = BVH.build(scene, BVH.Settings()).trace(rays)
+    rays, hits = lit(scene, 100)
     shadow = rays.classes == 1
     assert shadow.sum() > 1000
     assert (hits.primitive[shadow] < 0).all()
@@ -80,7 +87,6 @@ def test_the_size_of_the_scene_changes_no_count(scale):
         scene = Scene.from_triangles(
             sphere * factor, "sized", camera=camera, lights=point_lights(lamp * factor)
         )
-        rays = CameraWorkload.make(scene, CameraSettings(width=60, height=60, shadows=True))
-        return rays.classes
+        return lit(scene, 60)[0].classes
 
     np.testing.assert_array_equal(classes(scale), classes(1.0))
