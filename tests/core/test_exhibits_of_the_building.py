@@ -110,7 +110,10 @@ def test_boxes_are_those_that_the_builder_had(lab):
 
 
 @pytest.mark.parametrize("optimise", OPTIMISING)
-@pytest.mark.parametrize("builder", ["lbvh", "ploc", "sbvh"])
+@pytest.mark.parametrize(
+    "builder",
+    ["ploc", *(pytest.param(name, marks=pytest.mark.exhaustive) for name in ("lbvh", "sbvh"))],
+)
 def test_every_move_gains_what_the_log_says(scene, builder, optimise):
     """The areas of all inner nodes, added up before and after it."""
     bvh = rearranged(scene, builder, optimise)

@@ -48,7 +48,7 @@ def traced(name, scene, rays, query=None):
     return structure, *structure.trace(rays, query)
 
 
-@pytest.mark.parametrize("levels", [1, 2, 3])
+@pytest.mark.parametrize("levels", [1, 2, pytest.param(3, marks=pytest.mark.exhaustive)])
 def test_hierarchies_have_naives_hits(levels):
     check("bvh", levels)
 
