@@ -33,4 +33,4 @@ def test_a_box_that_is_too_small_for_its_items_is_still_found(scene):
     tree = BVH.build(scene, BVH.Settings(max_leaf_size=100, C_trav=1e9))
     assert len(tree.arrays.size) == 1
     tree.arrays.volumes.rows[0, 4] -= 1e-9
-    assert tree.validate() == ["triangles stick out of 1 nodes"]
+    assert tree.validate() == ["items stick out of 1 nodes"]
