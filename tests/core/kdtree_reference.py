@@ -14,9 +14,9 @@ from accelscope.core.structures.subdivision.settings import depth_limit
 
 
 @kernel
-def divide(corners, triangle, cells, left, axis, boxes, old, new, polygon):
+def divide(geometry, triangle, cells, left, axis, boxes, old, new, polygon):
     """Only kernels can call kernels."""
-    divide_reference(corners, triangle, cells, left, axis, boxes, old, new, polygon)
+    divide_reference(geometry, triangle, cells, left, axis, boxes, old, new, polygon)
 
 
 class Planes:
@@ -110,7 +110,7 @@ def build(scene, triangles, settings, cell, counts):
         below, above, pair = boxes.copy(), boxes.copy(), np.empty((2, 6))
         for i in np.flatnonzero(is_below & is_above):
             pair[0] = boxes[i]
-            divide(triangles.corners, ids[i], cells, 0, axis, pair, 0, 1, polygon)
+            divide(triangles, ids[i], cells, 0, axis, pair, 0, 1, polygon)
             below[i], above[i] = pair
         return (
             (axis, position),
