@@ -48,6 +48,8 @@ class ConeArrays(NamedTuple):
 class Cone(NamedTuple):
     """One cone inside kernels: first what a :class:`.rays.Ray` has, of its axis.
 
+    Named one by one, since Numba does not put one record into another; a test compares them.
+
     Attributes
     ----------
     ux, uy, uz : float
