@@ -24,7 +24,7 @@ from ...core.evaluation.records.environment import set_blender_version
 from ...core.progress import SILENT, Progress
 from ...core.reading import refuse_if_no_file
 from ...core.scene import Scene
-from ...core.scene.placing import KEEP, Mesh, Placed, Solids, scene_of
+from ...core.scene.placing import KEEP, Mesh, PlacedMesh, Solids, scene_of
 from ..settings import solids
 from ..standard_streams import others_kept_silent
 from ..stopping import held
@@ -221,7 +221,7 @@ class RawScene(NamedTuple):
                 with announcing(progress, CUTTING):
                     triangles = triangulate(mesh.positions, mesh.corners, mesh.sizes)
                 cut[id(mesh)] = Mesh(mesh.positions, triangles)
-            objects.append(Placed(part.name, cut[id(mesh)], part.matrix))
+            objects.append(PlacedMesh(part.name, cut[id(mesh)], part.matrix))
         return scene_of(
             objects, self.instances, self.name, self.source,
             advice="hide some objects", progress=progress,

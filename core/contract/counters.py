@@ -1,7 +1,7 @@
 """Counters: what the walk of a ray counts, and which events of the log those are.
 
 A structure declares its own in ``Structure.COUNTERS``; the walk returns their values in that order
-(:class:`.structure.Found`). Records, tables, the panel, pages and documents take names, labels and
+(:class:`.walk.Found`). Records, tables, the panel, pages and documents take names, labels and
 meanings from there. V. Havran's names, where he has one: Heuristic Ray Shooting Algorithms, PhD
 thesis, Czech Technical University, 2000.
 """

@@ -30,7 +30,7 @@ from ..geometry.triangle import NO_HIT
 from ..geometry.triangles import Triangles
 from ..kernels import dispatched, implements, inner, whole
 from .events import COUNTS, COUNTS_OF_LEVEL, LEVEL_NOW
-from .structure import walk
+from .walk import walk
 from .workspace import part_below
 
 NOWHERE = np.int32(-1)

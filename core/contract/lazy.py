@@ -32,7 +32,8 @@ from ..progress import SILENT, Progress
 from ..settings import setting
 from .figures import Figure
 from .steps import Steps
-from .structure import MISSING, Made, Structure
+from .structure import Made, Structure
+from .walk import MISSING
 
 
 def with_room(record: Any, n_cells: int, look_ahead: int) -> tuple[Any, np.ndarray]:

@@ -4,7 +4,7 @@ A technique is one module in this folder with
 
 - ``Settings``: a frozen dataclass, see :mod:`..settings`;
 - a NamedTuple of flat arrays, the structure as its kernels see it;
-- an implementation of :func:`walk` for that NamedTuple: the traversal;
+- an implementation of :func:`.walk.walk` for that NamedTuple: the traversal;
 - a subclass of :class:`Structure` whose ``build`` makes it from a scene;
 - ``STRUCTURE = TheClass``, by which it is found.
 """
@@ -24,12 +24,11 @@ from ..geometry.cones import ConeArrays, cones_around
 from ..geometry.instances import Instanced, levels_of_mesh, stored_in
 from ..geometry.rays import RayArrays, Rays, make_probe
 from ..geometry.triangles import Triangles
-from ..kernels import call, dispatched, kernel, whole
+from ..kernels import call, kernel
 from ..memory import refuse_if_too_large
 from ..parallel import Spare, for_chunks
 from ..progress import SILENT, Progress
 from ..scene import Scene
-from ..settings import setting
 from .build_log import BuildLog
 from .cells import Cells
 from .counters import Counter, Counts, counters_within
@@ -38,87 +37,14 @@ from .figures import Figure
 from .needs import EVERY_CLASS, GEOMETRY, refuse_other_classes
 from .statistics import Statistics
 from .steps import Steps
+from .walk import NOWHERE, walk
 from .workspace import Workspace, deepened, make_workspace
 
 SMALLEST_T = 1e-308
 """The t that the longest ray needs to cross a scene is at least this. Below, which is near the end
 of the range of float64, numbers lose their digits."""
 
-# ------------------------------------------------------------------ settings common to several
-
-
-def traversal_cost(is_flat: bool = False) -> Any:
-    """Declare C_trav, the lecture's t_tra; a flat structure has no inner nodes to reckon with."""
-    return setting(
-        1.2,
-        "C_trav",
-        "Cost of one traversal step, in the unit of C_isect"
-        + "; enters no figure here, where there are no inner nodes" * is_flat,
-        minimum=0.0,
-        maximum=1e9,
-    )
-
-
-def intersection_cost() -> Any:
-    """Declare C_isect, the lecture's t_tri."""
-    return setting(
-        1.0,
-        "C_isect",
-        "Cost of one ray-triangle test, in the unit of C_trav",
-        minimum=0.0,
-        maximum=1e9,
-    )
-
-
-@dataclass(frozen=True)
-class CostSettings:
-    """The constants of the SAH."""
-
-    C_trav: float = traversal_cost()
-    C_isect: float = intersection_cost()
-
-
 # ---------------------------------------------------------------------------- what comes out
-
-
-class Found(NamedTuple):
-    """What the walk of one ray returns.
-
-    Attributes
-    ----------
-    t : float
-        Ray parameter of the hit, inf for a miss.
-    primitive : int
-        Number of the item in the scene, -1 for a miss.
-    counts : tuple of int
-        Values of the structure's COUNTERS, in their order.
-    """
-
-    t: float
-    primitive: int | np.integer
-    counts: tuple[int, ...]
-
-
-NOWHERE = -2
-"""Primitive of a ray whose walk has lost its way."""
-
-
-MISSING = -3
-"""Primitive of a ray whose walk has met cells that are not made yet (:mod:`.lazy`)."""
-
-
-def lost(counters: tuple[Counter, ...]) -> Found:
-    """Return what a walk returns that has taken more steps than there can be.
-
-    Instead of going on for ever. That is a defect, whatever the ray: :meth:`Structure.trace` raises
-    an error for it.
-    """
-    return Found(np.inf, whole(NOWHERE), (0,) * len(counters))
-
-
-def missing(counters: tuple[Counter, ...]) -> Found:
-    """Return what a walk returns that has met cells not made yet, and noted them."""
-    return Found(np.inf, whole(MISSING), (0,) * len(counters))
 
 
 class Made(NamedTuple):
@@ -156,29 +82,6 @@ class Hits:
 
 
 # ------------------------------------------------------------------------------ the one driver
-
-
-@dispatched
-def walk(structure, geometry, ray, number, workspace, log):
-    """Walk one ray through a structure: the traversal, one implementation per structure.
-
-    Parameters
-    ----------
-    structure : NamedTuple of arrays
-        Decides the implementation.
-    geometry : NamedTuple of arrays
-        What its leaves refer to, see :mod:`..geometry.geometry`.
-    ray : Ray
-    number : int
-        Number of the ray, unique in this workspace; for the mailbox.
-    workspace : Workspace
-    log : Log
-
-    Returns
-    -------
-    Found
-    """
-    raise TypeError(f"no walk for {type(structure).__name__}")
 
 
 @kernel

@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import InputError
 from ..reading import refuse_if_no_file
 from ..scene import Scene
-from ..scene.placing import KEEP, Mesh, Placed, scene_of
+from ..scene.placing import KEEP, Mesh, PlacedMesh, scene_of
 from .contents import BrokenFile, Contents
 from .gltf import read_gltf
 from .obj import read_obj
@@ -35,7 +35,7 @@ READERS: dict[str, Callable[[Path], Contents]] = {
 """How a mesh file is read, by its suffix."""
 
 
-def has_triangles(placed: Placed) -> bool:
+def has_triangles(placed: PlacedMesh) -> bool:
     """Say whether the mesh of an object has any."""
     return isinstance(placed.mesh, Mesh) and len(placed.mesh.triangles) > 0
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.triangulation import triangulate
-from ..scene.placing import Placed
+from ..scene.placing import PlacedMesh
 
 MORE_THAN_ANY = 1 << 63
 """A count beyond that of anything in a file, and of what an index of 64 bits can hold."""
@@ -40,7 +40,7 @@ class Contents(NamedTuple):
 
     pieces: list[Piece]
     notes: list[str]
-    placed: list[Placed] = []  # noqa: RUF012  nobody adds to it
+    placed: list[PlacedMesh] = []  # noqa: RUF012  nobody adds to it
 
 
 def counted(count: int, singular: str, plural: str = "") -> str:

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..memory import Tally
-from ..scene.placing import Mesh, Placed
+from ..scene.placing import Mesh, PlacedMesh
 from .contents import BrokenFile, Contents, NotRead, counted, triangles_of_strip
 from .gltf_accessors import COMPRESSIONS, Document, real
 from .gltf_nodes import (
@@ -116,7 +116,7 @@ class _Reader:
         if needed:
             raise NotRead(f"it requires {', '.join(needed)}, which is not read")
 
-    def placed(self, stem: str) -> Iterator[Placed]:
+    def placed(self, stem: str) -> Iterator[PlacedMesh]:
         """Yield the meshes at all nodes of the scene.
 
         Parameters
@@ -129,7 +129,7 @@ class _Reader:
             if "mesh" in self.nodes.entries[node]:
                 yield from self._placed_at(node, stem)
 
-    def _placed_at(self, node: int, stem: str) -> Iterator[Placed]:
+    def _placed_at(self, node: int, stem: str) -> Iterator[PlacedMesh]:
         """Yield the shapes at a node, as often as there are instances of it."""
         entry = self.nodes.entries[node]
         mesh = self.document.entry("meshes", entry["mesh"])
@@ -146,12 +146,12 @@ class _Reader:
         for instance, matrix in zip(names, matrices):
             for shape in shapes:
                 if joints is None or shape.joints is None or shape.weights is None:
-                    yield Placed(instance + shape.name, shape.mesh, matrix)
+                    yield PlacedMesh(instance + shape.name, shape.mesh, matrix)
                 else:
                     vertices, triangles = shape.mesh
                     self._tally.add(vertices.nbytes)
                     there = moved_by_joints(vertices, shape.joints, shape.weights, joints)
-                    yield Placed(instance + shape.name, Mesh(there, triangles), np.eye(4))
+                    yield PlacedMesh(instance + shape.name, Mesh(there, triangles), np.eye(4))
 
     # ------------------------------------------------------------------------------------ meshes
 

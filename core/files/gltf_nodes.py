@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..memory import Tally
-from ..scene.placing import moved
+from ..scene.placing import moved_vertices
 from .contents import BrokenFile
 from .gltf_accessors import Document, real, whole
 
@@ -142,7 +142,7 @@ def moved_by_joints(
     for joint in np.unique(joints):
         share = np.where(joints == joint, weights, 0.0).sum(axis=1)
         mine = np.flatnonzero(share)
-        result[mine] += share[mine, None] * moved(vertices[mine], matrices[joint])
+        result[mine] += share[mine, None] * moved_vertices(vertices[mine], matrices[joint])
     return result
 
 

@@ -16,9 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.instances import Instanced, instanced, inverted
-from ..geometry.solids.description import Item
+from ..geometry.solids.description import Item, moved_item
 from ..geometry.solids.making import in_turn, mixed_of, mixed_of_triangles
-from ..geometry.solids.writing import moved as moved_item
 from ..geometry.triangles import all_triangles
 from ..memory import refuse_if_too_large
 from ..progress import SILENT, Progress
@@ -71,7 +70,7 @@ class Solids(NamedTuple):
     items: Sequence[Item]
 
 
-class Placed(NamedTuple):
+class PlacedMesh(NamedTuple):
     """A mesh, or what one stands for, in the world: an object of the scene.
 
     Attributes
@@ -100,7 +99,7 @@ def is_shared(meshes: Sequence[object]) -> bool:
     return max(Counter(map(id, meshes)).values(), default=0) > 1
 
 
-def moved(vertices: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+def moved_vertices(vertices: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """Return vertices, (n, 3), moved by a matrix, (4, 4), unless that is the identity."""
     if np.array_equal(matrix, np.eye(4)):
         return vertices
@@ -108,7 +107,7 @@ def moved(vertices: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 
 def scene_of(
-    objects: Sequence[Placed],
+    objects: Sequence[PlacedMesh],
     instances: str,
     name: str,
     source: str = "",
@@ -184,11 +183,11 @@ def _in_world(mesh: Mesh, matrix: np.ndarray) -> np.ndarray:
     NaN and infinite numbers are no affair here: their triangles are dropped and counted later.
     """
     with np.errstate(all="ignore"):
-        return moved(mesh.vertices, matrix)[mesh.triangles]
+        return moved_vertices(mesh.vertices, matrix)[mesh.triangles]
 
 
 def _of_items(
-    objects: Sequence[Placed],
+    objects: Sequence[PlacedMesh],
     name: str,
     source: str,
     names: tuple[str, ...],
@@ -230,7 +229,9 @@ def _of_items(
     )  # fmt: skip
 
 
-def _kept(objects: Sequence[Placed], meshes: Sequence[Mesh], progress: Progress) -> _Kept | None:
+def _kept(
+    objects: Sequence[PlacedMesh], meshes: Sequence[Mesh], progress: Progress
+) -> _Kept | None:
     """Return instances, of the meshes of objects; None if they are better flattened.
 
     That is where a number is too large or none, for then triangles are dropped one by one, and

@@ -42,7 +42,7 @@ from ..contract.events import JUMP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 from ..contract.figures import Figure
 from ..contract.leaf import NOTHING
 from ..contract.statistics import Statistics
-from ..contract.structure import Found, lost, walk
+from ..contract.walk import Found, lost, walk
 from ..geometry.box import MISS, enter_box
 from ..kernels import call, implements, inlined, inner, kernel, whole
 from ..parallel import for_chunks

@@ -11,12 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contract.cells import Cells
+from ..contract.costs import intersection_cost, traversal_cost
 from ..contract.counters import N_ETS, N_IT, N_TS
 from ..contract.events import NONE, VISIT_LEAF, note
 from ..contract.figures import COST_OF_CELLS, OF_CELLS
 from ..contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ..contract.statistics import Statistics
-from ..contract.structure import Found, Structure, intersection_cost, traversal_cost, walk
+from ..contract.structure import Structure
+from ..contract.walk import Found, walk
 from ..geometry.box_shape import surface_area
 from ..kernels import implements
 from ..progress import SILENT, Progress

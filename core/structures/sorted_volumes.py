@@ -22,12 +22,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contract.cells import Cells
+from ..contract.costs import intersection_cost, traversal_cost
 from ..contract.counters import CELLS_SKIPPED, N_ETS, N_IT, N_TS, VOLUME_TESTS
 from ..contract.events import JUMP, NONE, SKIP, VISIT_LEAF, VOLUME_TEST, note
 from ..contract.figures import COST_OF_CELLS, EXPECTED_VOLUME_TESTS, OF_CELLS
 from ..contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ..contract.statistics import Statistics
-from ..contract.structure import Found, Structure, intersection_cost, traversal_cost, walk
+from ..contract.structure import Structure
+from ..contract.walk import Found, walk
 from ..contract.workspace import Workspace, make_workspace
 from ..geometry.box_shape import surface_area
 from ..geometry.geometry import hulls_of

@@ -14,7 +14,7 @@ from accelscope.core.files import load_mesh_file
 from accelscope.core.geometry.geometry import normals_at
 from accelscope.core.geometry.instances import Instanced, inverted, owners_of
 from accelscope.core.geometry.rays import Rays
-from accelscope.core.scene.placing import FLATTEN, KEEP, Mesh, Placed, scene_of
+from accelscope.core.scene.placing import FLATTEN, KEEP, Mesh, PlacedMesh, scene_of
 from accelscope.core.settings import parse
 from accelscope.core.structures import structure_named
 
@@ -118,7 +118,7 @@ SHEAR = np.array([[1, 0.7, -0.3], [0, 1, 0.5], [0, 0, 1]])
 )
 def test_matrices_of_every_kind(matrices):
     mesh = blob()
-    objects = [Placed(str(k), mesh, matrix) for k, matrix in enumerate(matrices)]
+    objects = [PlacedMesh(str(k), mesh, matrix) for k, matrix in enumerate(matrices)]
     kept, flat = (scene_of(objects, how, "m") for how in (KEEP, FLATTEN))
     conditions = [np.linalg.cond(matrix[:3, :3]) for matrix in matrices]
     assert_same_hits(kept, flat, worst=max(conditions))
@@ -135,10 +135,11 @@ def test_numbers_and_names_are_those_of_the_flattened_scene():
     """What is in one place only stands in world space, between the others."""
     shared, single, other = blob(), blob(21, 1), blob(30, 2)
     objects = [
-        Placed("a", single, placed(turned(1), (5, 0, 0))), Placed("b", shared, placed(turned(2))),
-        Placed("c", other, placed(2 * turned(3), (0, 5, 0))),
-        Placed("d", shared, placed(move=(0, -4, 0))),
-        Placed("nothing", Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)), placed()),
+        PlacedMesh("a", single, placed(turned(1), (5, 0, 0))),
+        PlacedMesh("b", shared, placed(turned(2))),
+        PlacedMesh("c", other, placed(2 * turned(3), (0, 5, 0))),
+        PlacedMesh("d", shared, placed(move=(0, -4, 0))),
+        PlacedMesh("nothing", Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)), placed()),
     ]  # fmt: skip
     kept, flat = (scene_of(objects, how, "m") for how in (KEEP, FLATTEN))
     assert_same_hits(kept, flat)
@@ -157,10 +158,10 @@ def test_numbers_and_names_are_those_of_the_flattened_scene():
 def test_what_follows_each_other_in_world_space_is_one_mesh():
     """So it has one tree, as it had; what is between instances stays between them."""
     shared = blob()
-    alone = [Placed(f"a{k}", blob(15, k), placed(turned(k), (k, 0, 0))) for k in range(7)]
+    alone = [PlacedMesh(f"a{k}", blob(15, k), placed(turned(k), (k, 0, 0))) for k in range(7)]
     objects = [
-        *alone[:3], Placed("b", shared, placed()), *alone[3:6],
-        Placed("c", shared, placed(move=(0, 4, 0))), alone[6],
+        *alone[:3], PlacedMesh("b", shared, placed()), *alone[3:6],
+        PlacedMesh("c", shared, placed(move=(0, 4, 0))), alone[6],
     ]  # fmt: skip
     kept, flat = (scene_of(objects, how, "m") for how in (KEEP, FLATTEN))
     assert_same_hits(kept, flat)
@@ -176,9 +177,10 @@ def test_flat_instances_stand_in_world_space():
     mesh = blob()
     onto_plane = turned(1) @ np.diag([1.0, 1.0, 0.0]) @ turned(2)
     objects = [
-        Placed("whole", mesh, placed(move=(0, 0, 5))), Placed("flat", mesh, placed(onto_plane)),
-        Placed("gone", mesh, placed(np.zeros((3, 3)))),
-        Placed("again", mesh, placed(move=(4, 0, 0))),
+        PlacedMesh("whole", mesh, placed(move=(0, 0, 5))),
+        PlacedMesh("flat", mesh, placed(onto_plane)),
+        PlacedMesh("gone", mesh, placed(np.zeros((3, 3)))),
+        PlacedMesh("again", mesh, placed(move=(4, 0, 0))),
     ]  # fmt: skip
     kept, flat = (scene_of(objects, how, "m") for how in (KEEP, FLATTEN))
     assert inverted(kept.geometry.matrices)[1].tolist() == [False, False, True, False]
@@ -194,8 +196,8 @@ def test_flat_instances_stand_in_world_space():
 def test_an_object_in_a_point_is_no_reason_to_flatten():
     mesh = blob()
     objects = [
-        Placed("a", mesh, placed()), Placed("b", mesh, placed(move=(4, 0, 0))),
-        Placed("point", blob(9, 4), placed(np.zeros((3, 3)), (0, 0, 9))),
+        PlacedMesh("a", mesh, placed()), PlacedMesh("b", mesh, placed(move=(4, 0, 0))),
+        PlacedMesh("point", blob(9, 4), placed(np.zeros((3, 3)), (0, 0, 9))),
     ]  # fmt: skip
     kept, flat = (scene_of(objects, how, "m") for how in (KEEP, FLATTEN))
     assert kept.notes == ()
@@ -206,7 +208,7 @@ def test_an_object_in_a_point_is_no_reason_to_flatten():
 
 
 def test_meshes_in_one_place_each_are_triangles_as_before():
-    objects = [Placed(str(k), blob(seed=k), placed(turned(k))) for k in range(3)]
+    objects = [PlacedMesh(str(k), blob(seed=k), placed(turned(k))) for k in range(3)]
     kept, flat = (scene_of(objects, how, "m") for how in (KEEP, FLATTEN))
     assert np.array_equal(kept.triangles, flat.triangles)
     assert "instances" not in describe_scene(kept)
@@ -220,7 +222,7 @@ def test_where_triangles_are_dropped_instances_are_flattened_and_that_is_said(ba
         mesh.vertices[mesh.triangles[3, 1]] = bad
     else:
         last[0, 3] = bad
-    objects = [Placed("a", mesh, placed()), Placed("b", mesh, last)]
+    objects = [PlacedMesh("a", mesh, placed()), PlacedMesh("b", mesh, last)]
     kept, flat = (scene_of(objects, how, "m") for how in (KEEP, FLATTEN))
     assert np.array_equal(kept.triangles, flat.triangles)
     assert kept.dropped == flat.dropped > 0
@@ -230,7 +232,7 @@ def test_where_triangles_are_dropped_instances_are_flattened_and_that_is_said(ba
 def test_nothing_to_hit_is_refused_alike():
     mesh = blob()
     for scale in (0.0, 1e-200):
-        objects = [Placed(str(k), mesh, placed(scale * np.eye(3))) for k in range(2)]
+        objects = [PlacedMesh(str(k), mesh, placed(scale * np.eye(3))) for k in range(2)]
         said = []
         for how in (KEEP, FLATTEN):
             with pytest.raises(InputError) as caught:

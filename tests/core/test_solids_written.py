@@ -11,9 +11,10 @@ from accelscope.core.geometry.solids.description import (
     Polygon,
     Sphere,
     Triangle,
+    moved_item,
 )
 from accelscope.core.geometry.solids.making import mixed_of
-from accelscope.core.geometry.solids.writing import from_json, moved, to_json
+from accelscope.core.geometry.solids.writing import from_json, to_json
 
 RNG = np.random.default_rng(2)
 CORNERS = RNG.normal(size=(3, 3))
@@ -43,7 +44,7 @@ def test_what_is_read_is_what_was_written():
 
 
 def test_nothing_changes_where_nothing_moves():
-    assert all(moved(item, np.eye(4)) is item for item in ITEMS)
+    assert all(moved_item(item, np.eye(4)) is item for item in ITEMS)
 
 
 @pytest.mark.parametrize("item", ITEMS, ids=lambda item: type(item).__name__)
@@ -52,7 +53,7 @@ def test_boxes_move_with_their_items(item):
     shift[:3, 3] = 1.0, -2.0, 0.5
     shift[:3, :3] *= 2.0
     size = 1e-14 * max(1.0, np.abs(mixed_of([item]).boxes).max())
-    before, after = mixed_of([item]).boxes[0], mixed_of([moved(item, shift)]).boxes[0]
+    before, after = mixed_of([item]).boxes[0], mixed_of([moved_item(item, shift)]).boxes[0]
     np.testing.assert_allclose(
         after, 2.0 * before + np.tile(shift[:3, 3], 2), rtol=1e-14, atol=size
     )

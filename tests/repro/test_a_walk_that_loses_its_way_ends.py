@@ -5,7 +5,7 @@ A hang cannot be stopped in Blender: the thread that hangs is inside a kernel.
 
 import numpy as np
 import pytest
-from accelscope.core.contract.structure import NOWHERE, lost
+from accelscope.core.contract.walk import NOWHERE, lost
 from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
 from accelscope.core.structures.naive import Naive
 from accelscope.sample_scenes import make_sample

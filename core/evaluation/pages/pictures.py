@@ -394,6 +394,6 @@ ABOUT = """<p>Cells and planes are coloured by depth, from blue (root) to red (d
 grid by their number of items, such as triangles. Empty leaves are tinted blue. Lines behind the
 scene's surface are faint. A ray is black; it enters inner nodes (grey), leaves with items (orange)
 and empty ones (blue), skips empty regions (violet), and tests triangles and solids (pink); a red
-star is a hit that is postponed, and what it hits in the end is green. Arrows follow the links
-(ropes) of a leaf.</p>
+star is a hit that is postponed, and what it hits in the end is green. A cone has black sides; all
+that it meets is green. Arrows follow the links (ropes) of a leaf.</p>
 """

@@ -93,3 +93,18 @@ class Placed(NamedTuple):
 
 Item = Sphere | Cone | Box | Disc | Polygon | Triangle | MovingTriangle | Placed
 """What a scene at object level is made of."""
+
+
+def moved_item(item: Item, matrix: np.ndarray) -> Item:
+    """Return an item seen through an affine matrix, (3, 4) or (4, 4) float64."""
+    if np.array_equal(matrix[:3], np.eye(3, 4)):
+        return item
+    if isinstance(item, Placed):
+        inner = np.vstack([np.asarray(item.matrix, dtype=np.float64), [0.0, 0.0, 0.0, 1.0]])
+        return Placed(item.solid, matrix[:3] @ inner)
+    if isinstance(item, (Sphere, Cone, Box, Disc)):
+        return Placed(item, matrix[:3])
+    # What has corners.
+    return type(item)(
+        *(np.asarray(each, np.float64) @ matrix[:3, :3].T + matrix[:3, 3] for each in item)
+    )

@@ -68,18 +68,3 @@ def _described(listed: list[Any]) -> Item:
     if kind is Placed:
         values[0] = _described(values[0])
     return kind(*values)
-
-
-def moved(item: Item, matrix: np.ndarray) -> Item:
-    """Return an item seen through an affine matrix, (3, 4) or (4, 4) float64."""
-    if np.array_equal(matrix[:3], np.eye(3, 4)):
-        return item
-    if isinstance(item, Placed):
-        inner = np.vstack([np.asarray(item.matrix, dtype=np.float64), [0.0, 0.0, 0.0, 1.0]])
-        return Placed(item.solid, matrix[:3] @ inner)
-    if isinstance(item, (Sphere, Cone, Box, Disc)):
-        return Placed(item, matrix[:3])
-    # What has corners.
-    return type(item)(
-        *(np.asarray(each, np.float64) @ matrix[:3, :3].T + matrix[:3, 3] for each in item)
-    )

@@ -22,8 +22,8 @@ import numpy as np
 
 from ...contract.build_log import OBLIQUE, SPLIT, BuildLog
 from ...contract.cells import Cells, parents_of
+from ...contract.costs import intersection_cost, traversal_cost
 from ...contract.figures import Figure
-from ...contract.structure import intersection_cost, traversal_cost
 from ...geometry.triangle import areas_of
 from ...geometry.triangles import Triangles
 from ...memory import refuse_if_too_large

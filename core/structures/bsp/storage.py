@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contract.events import NONE, VISIT_INNER, VOLUME_TEST, note
-from ...contract.structure import walk
+from ...contract.walk import walk
 from ...kernels import implements, inner, whole
 from ..subdivision.tree import (
     ROOT,

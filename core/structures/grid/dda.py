@@ -31,7 +31,7 @@ from ...contract.counters import (
     VOLUME_TESTS,
 )
 from ...contract.leaf import test_leaf
-from ...contract.structure import Found
+from ...contract.walk import Found
 from ...geometry.rays import ALL, ANY
 from ...kernels import inlined, inner, whole
 from .cells import cell_at

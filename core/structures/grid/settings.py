@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ...contract.costs import intersection_cost, traversal_cost
 from ...contract.lazy import lazy_setting
-from ...contract.structure import intersection_cost, traversal_cost
 from ...settings import OPEN, setting
 
 

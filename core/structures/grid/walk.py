@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...contract.events import VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 from ...contract.leaf import NOTHING
-from ...contract.structure import lost, missing, walk
+from ...contract.walk import lost, missing, walk
 from ...geometry.box import Boxes
 from ...geometry.volume import MISS, enter
 from ...kernels import implements

@@ -20,7 +20,7 @@ import numpy as np
 
 from ...contract.build_log import SPLIT, BuildLog
 from ...contract.cells import Cells, parents_of, planes_across, rectangles
-from ...contract.structure import intersection_cost, traversal_cost
+from ...contract.costs import intersection_cost, traversal_cost
 from ...geometry.box_shape import surface_area
 from ...geometry.clip import POLYGON_SIZE, add_clipped_areas
 from ...geometry.geometry import boxes_around

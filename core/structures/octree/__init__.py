@@ -26,9 +26,10 @@ import numpy as np
 
 from ...contract.build_log import SPLIT, BuildLog
 from ...contract.cells import Cells, parents_of, planes_across, rectangles
+from ...contract.costs import intersection_cost, traversal_cost
 from ...contract.figures import Figure
 from ...contract.lazy import CELLS_MADE, LazyStructure, lazy_setting, with_room
-from ...contract.structure import arrays_in, intersection_cost, traversal_cost
+from ...contract.structure import arrays_in
 from ...geometry.box_shape import surface_area
 from ...kernels import call, kernel
 from ...memory import refuse_if_too_large

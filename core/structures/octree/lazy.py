@@ -2,7 +2,7 @@
 
 The build makes the root, which lists everything. A leaf that the rule of the tree would go on
 splitting is *open*. A ray that enters one notes it, and it is split once, into eight leaves that
-may be open in turn (:mod:`....contract.lazy`). How a cell is split depends on its ancestors alone,
+may be open in turn (:mod:`...contract.lazy`). How a cell is split depends on its ancestors alone,
 so the tree is, where rays have been, the one that a build would have made; elsewhere it ends early.
 
 Nodes have numbers in the order in which they are made, and keep them: whoever has noted one finds
@@ -43,7 +43,7 @@ class LazyPointers(NamedTuple):
         1 for a leaf that is split, or found to be none that can be, when a ray enters it.
     wanted : (n_nodes,) uint8
     look_ahead : int
-        See :class:`....contract.lazy.LazyStructure`.
+        See :class:`...contract.lazy.LazyStructure`.
     """
 
     box: np.ndarray

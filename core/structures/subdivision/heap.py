@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...contract.events import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
-from ...contract.structure import walk
+from ...contract.walk import walk
 from ...kernels import implements, inlined, inner, whole
 from .tree import EMPTY, NODE, ROOT, Span, enter_root, expand, leaf_index, push
 from .walks import NOWHERE_YET, Heap, found, limit_of, visit_leaf

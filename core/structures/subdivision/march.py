@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contract.events import NONE, VISIT_INNER, VOLUME_TEST, note
-from ...contract.structure import walk
+from ...contract.walk import walk
 from ...kernels import dispatched, implements, inlined, inner, whole
 from .tree import NODE, ROOT, TOP, child, enter_root, leaf_index, near_side, plane_times, planes
 from .walks import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...contract.events import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
-from ...contract.structure import walk
+from ...contract.walk import walk
 from ...kernels import implements
 from .tree import EMPTY, ROOT, enter_root, expand, leaf_index, pop, push
 from .walks import NOWHERE_YET, Recursive, found, limit_of, visit_leaf

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...contract.events import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
-from ...contract.structure import walk
+from ...contract.walk import walk
 from ...kernels import implements, whole
 from .tree import (
     EMPTY,

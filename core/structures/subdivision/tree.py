@@ -131,7 +131,7 @@ def expand(tree, node, workspace, span, height):
 
 @dispatched
 def note_if_missing(tree, node):
-    """Say whether a leaf is still to be split, and note it then (:mod:`....contract.lazy`)."""
+    """Say whether a leaf is still to be split, and note it then (:mod:`...contract.lazy`)."""
     raise TypeError(f"no leaves in {type(tree).__name__}")
 
 

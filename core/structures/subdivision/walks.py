@@ -43,7 +43,7 @@ from ...contract.counters import (
 )
 from ...contract.events import NONE, VISIT_EMPTY, VISIT_LEAF, note
 from ...contract.leaf import NOTHING, Best, test_leaf
-from ...contract.structure import Found, lost, missing
+from ...contract.walk import Found, lost, missing
 from ...geometry.rays import ALL, ANY
 from ...kernels import inlined
 from .tree import most_missing, note_if_missing

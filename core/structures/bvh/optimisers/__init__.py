@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ....contract.structure import CostSettings
+from ....contract.costs import CostSettings
 from . import (
     reinsert,
     reinsert_batches,

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ....contract.build_log import FIT, MOVE, BuildLog
-from ....contract.structure import CostSettings
+from ....contract.costs import CostSettings
 from ....geometry.box import area_of
 from ....geometry.box_shape import surface_area
 from ....kernels import call, inner

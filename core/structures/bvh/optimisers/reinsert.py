@@ -31,7 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contract.build_log import REINSERT
-from ....contract.structure import CostSettings
+from ....contract.costs import CostSettings
 from ....geometry.box import area_of, union_area
 from ....geometry.box_shape import surface_area
 from ....kernels import call, inner, kernel

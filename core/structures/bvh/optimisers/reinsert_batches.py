@@ -29,7 +29,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....contract.structure import CostSettings
+from ....contract.costs import CostSettings
 from ....geometry.box_shape import surface_area
 from ....progress import Progress
 from ....settings import setting

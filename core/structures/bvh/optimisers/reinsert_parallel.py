@@ -46,7 +46,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contract.build_log import REINSERT
-from ....contract.structure import CostSettings
+from ....contract.costs import CostSettings
 from ....geometry.box import area_of, union_area
 from ....kernels import call, inner, kernel
 from ....parallel import Spare, for_chunks

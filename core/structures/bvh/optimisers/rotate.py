@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from ....contract.build_log import MOVE
-from ....contract.structure import CostSettings
+from ....contract.costs import CostSettings
 from ....geometry.box import area_of, union_area
 from ....kernels import call, inner, kernel
 from ....progress import Progress

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....contract.build_log import MOVE
-from ....contract.structure import CostSettings
+from ....contract.costs import CostSettings
 from ....geometry.box import area_of
 from ....kernels import call, dispatched, implements, inner, kernel
 from ....progress import Progress

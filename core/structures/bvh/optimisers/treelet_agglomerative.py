@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contract.structure import CostSettings
+from ....contract.costs import CostSettings
 from ....geometry.box import union_area
 from ....kernels import implements
 from ....progress import Progress

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contract.structure import CostSettings
+from ....contract.costs import CostSettings
 from ....contract.workspace import MAXIMUM_DEPTH
 from ....geometry.box import area_of
 from ....geometry.box_shape import surface_area

@@ -13,7 +13,7 @@ import numpy as np
 from ....contract.events import NONE, SKIP, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
 from ....contract.instances import rooted
 from ....contract.leaf import EVERYWHERE, NOTHING, test_leaf
-from ....contract.structure import Found, walk
+from ....contract.walk import Found, walk
 from ....geometry.rays import ALL, ANY
 from ....geometry.volume import MISS, enter, prepare
 from ....kernels import implements, unsigned

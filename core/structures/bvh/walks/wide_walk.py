@@ -12,7 +12,7 @@ import numpy as np
 
 from ....contract.events import NONE, SKIP, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
 from ....contract.leaf import EVERYWHERE, NOTHING, test_leaf
-from ....contract.structure import Found, walk
+from ....contract.walk import Found, walk
 from ....contract.workspace import MAXIMUM_DEPTH
 from ....geometry.rays import ALL, ANY
 from ....geometry.volume import MISS, enter, prepare
