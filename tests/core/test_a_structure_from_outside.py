@@ -25,12 +25,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contract.cells import Cells
+from ..contract.costs import intersection_cost, traversal_cost
 from ..contract.counters import N_ETS, N_IT, N_TS, Counter
 from ..contract.events import NONE, VISIT_LEAF, VOLUME_TEST, note
 from ..contract.figures import COST_OF_CELLS, OF_CELLS, Figure
 from ..contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ..contract.statistics import Statistics
-from ..contract.structure import Found, Structure, intersection_cost, traversal_cost, walk
+from ..contract.structure import Structure
+from ..contract.walk import Found, walk
 from ..geometry.box import Boxes, boxes_of
 from ..geometry.box_shape import surface_area
 from ..geometry.rays import ANY

@@ -80,20 +80,28 @@ def check(name, levels):
 
 
 def test_the_same_triangles_in_world_space_are_hit_at_nearly_the_same_t():
-    """Within 64 units in the last place of the coordinates that the ray passes."""
+    """Within 64 units in the last place of the coordinates that the ray passes.
+
+    And as much more as the matrix is worse than a rotation: that is how it carries roundings on.
+    """
     scene = scene_of(1)
     rays = rays_through(scene, 2000)
     _, kept, _ = traced("bvh", scene, rays)
     flat = scene.flat()
     assert len(flat) == scene.geometry.first[-1]
     _, world, _ = traced("bvh", flat, rays)
-    both = (kept.primitive >= 0) & (world.primitive >= 0)
-    assert (both == (kept.primitive >= 0)).mean() > 0.999
+    # What a singular matrix has made flat is met in world space alone; and where a ray passes an
+    # edge within rounding, one of them may miss.
+    is_flat = np.isin(owners_of(scene.geometry, world.primitive)[0], [3, 4])
+    assert ((kept.primitive >= 0) == (world.primitive >= 0))[~is_flat].mean() > 0.999
+    both = (kept.primitive >= 0) & (kept.primitive == world.primitive)
     apart = np.abs(kept.t[both] - world.t[both]) * np.linalg.norm(rays.directions[both], axis=1)
     size = np.abs(rays.origins[both]).max(axis=1) + scene.diagonal
-    assert (apart <= 64 * np.finfo(np.float64).eps * size).mean() > 0.99
+    owners, _ = owners_of(scene.geometry, kept.primitive[both])
+    condition = np.linalg.cond(scene.geometry.matrices[owners, :, :3])
+    assert (apart <= 64 * np.finfo(np.float64).eps * size * condition).all()
     # Where two triangles of neighbours lie on each other, rounding decides between them.
-    assert (kept.primitive == world.primitive)[both].mean() > 0.99
+    assert both.sum() > 0.99 * (kept.primitive >= 0).sum()
 
 
 def test_a_translated_mesh_has_the_hits_of_the_mesh():
