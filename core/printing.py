@@ -17,6 +17,11 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
+def show_integer(number: float) -> str:
+    """Return a whole number with a space between thousands: ``"12 345"``."""
+    return f"{number:,.0f}".replace(",", " ")
+
+
 def in_html(text: str) -> str:
     """Return a text as a page has it: neither tags nor anything else in it has an effect.
 

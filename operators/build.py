@@ -53,7 +53,8 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        from ..core.evaluation.records.report import show_integer, show_number, show_seconds
+        from ..core.evaluation.records.report import show_number, show_seconds
+        from ..core.printing import show_integer
 
         session.current.set_built(result)
         session.current.show_exhibit(context)

@@ -55,9 +55,9 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
     def finish(self, context: bpy.types.Context, result: Any) -> str:
         from ..core.evaluation.records.report import (
             counters_in_words,
-            show_integer,
             show_seconds,
         )
+        from ..core.printing import show_integer
 
         session.current.set_traced(*result)
         traced, record, _ = result

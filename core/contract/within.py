@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..geometry.box_shape import corners_of, surface_area
-from ..geometry.instances import Instanced, inverted
+from ..geometry.instances import Instanced, inverted, moved_points
 from ..geometry.polygons import Polygons, merged, sides_of
+from ..printing import show_integer
 from ..progress import SILENT, Progress
 from .cells import NEVER, OBJECT, Cells
 from .events import HIT, POSTPONE, TEST
@@ -53,11 +54,6 @@ class Space(NamedTuple):
 def through(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
     """Return the matrix, (3, 4), that does what one does and then what another does."""
     return np.column_stack([outer[:, :3] @ inner[:, :3], outer[:, :3] @ inner[:, 3] + outer[:, 3]])
-
-
-def moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Return points, (..., 3), moved by a matrix, (3, 4)."""
-    return points @ matrix[:, :3].T + matrix[:, 3]
 
 
 # ------------------------------------------------------------------------------ where a ray was
@@ -176,7 +172,7 @@ def _rows_within(
                 boxes_there += len(each.ids)
                 rows_of[chosen] = count + np.arange(len(chosen))
                 owners = chosen if owner < 0 else np.full(len(chosen), owner)
-                boxes.append((moved(corners_of(each.boxes[chosen]), place), owners))
+                boxes.append((moved_points(corners_of(each.boxes[chosen]), place), owners))
                 count += len(chosen)
             _, is_singular = inverted(each.matrices)
             for number, mesh in enumerate(each.meshes):
@@ -204,19 +200,14 @@ def _rows_within(
     left_out = []
     if drawn < boxes_there:
         left_out.append(
-            f"boxes of {_spaced(drawn)} of {_spaced(boxes_there)} instances, the largest"
+            f"boxes of {show_integer(drawn)} of {show_integer(boxes_there)} instances, the largest"
         )
     if count - drawn < nodes_there:
         left_out.append(
-            f"{_spaced(count - drawn)} of {_spaced(nodes_there)} nodes within instances, those "
-            "nearest to their roots"
+            f"{show_integer(count - drawn)} of {show_integer(nodes_there)} nodes within instances, "
+            "those nearest to their roots"
         )
     return joined, tuple(left_out)
-
-
-def _spaced(number: int) -> str:
-    """Return ``"12 345"``."""
-    return f"{number:,}".replace(",", " ")
 
 
 def _largest(boxes: np.ndarray, most: int) -> np.ndarray:

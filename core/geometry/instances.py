@@ -115,6 +115,11 @@ def box_of(geometry: Any) -> np.ndarray:
     return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
 
 
+def moved_points(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Return points, (..., 3), as they are seen through a matrix, (3, 4)."""
+    return points @ matrix[:, :3].T + matrix[:, 3]
+
+
 def moved_boxes(boxes: np.ndarray, matrices: np.ndarray) -> np.ndarray:
     """Return boxes, (n, 6), around boxes that are seen through matrices, (n, 3, 4)."""
     corners = np.einsum("nij,nkj->nki", matrices[:, :, :3], corners_of(boxes))

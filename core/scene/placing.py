@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.instances import Instanced, instanced, inverted
+from ..geometry.instances import Instanced, instanced, inverted, moved_points
 from ..geometry.solids.description import Item, moved_item
 from ..geometry.solids.making import in_turn, mixed_of, mixed_of_triangles
 from ..geometry.triangles import all_triangles
@@ -103,7 +103,7 @@ def moved_vertices(vertices: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """Return vertices, (n, 3), moved by a matrix, (4, 4), unless that is the identity."""
     if np.array_equal(matrix, np.eye(4)):
         return vertices
-    return vertices @ matrix[:3, :3].T + matrix[:3, 3]
+    return moved_points(vertices, matrix[:3])
 
 
 def scene_of(

@@ -10,7 +10,6 @@ from accelscope.core.contract.within import (
     MOST_NODES,
     cells_with_instances,
     chains_of,
-    moved,
     space_of,
     within_of,
 )
@@ -19,7 +18,7 @@ from accelscope.core.evaluation.records.experiment import Built, make_record, tr
 from accelscope.core.evaluation.records.report import counters_in_words, figures
 from accelscope.core.geometry.box_shape import corners_of
 from accelscope.core.geometry.geometry import boxes_around
-from accelscope.core.geometry.instances import flattened, instanced
+from accelscope.core.geometry.instances import flattened, instanced, moved_points
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.scene import Scene
@@ -100,7 +99,7 @@ def test_boxes_stand_as_their_matrix_says():
     own = np.concatenate([own[:, :3].min(axis=0), own[:, 3:].max(axis=0)])
     root = places[~cells.is_dashed[places]][0]
     number = int(cells.extra["instance"][root])
-    wanted = moved(corners_of(own[None])[0], scene.geometry.matrices[number])
+    wanted = moved_points(corners_of(own[None])[0], scene.geometry.matrices[number])
     got = np.unique(wires.segments()[owners == root].reshape(-1, 3).round(9), axis=0)
     assert np.allclose(got, np.unique(wanted.round(9), axis=0), atol=1e-8)
     # Dashes are of the edges, and begin and end with them.
@@ -180,7 +179,7 @@ def test_a_walk_is_drawn_where_it_went(name, levels):
         (bottom,) = within_of(steps, last, levels)
         if name != "grid":
             space = space_of(structure, chains[bottom])
-            found = moved(space.geometry.corners[steps.primitive[bottom]], space.matrix)
+            found = moved_points(space.geometry.corners[steps.primitive[bottom]], space.matrix)
             assert np.allclose(found, corners[hits.primitive[ray]], atol=1e-9 * scene.diagonal)
         segments, colours = ray_path.segments_of(walk)
         assert np.isfinite(segments).all()

@@ -12,6 +12,7 @@ import pytest
 from accelscope.addon.drawing import selection, shown
 from accelscope.addon.drawing.drawable import TEXTURE_WIDTH, make_drawable
 from accelscope.core.contract.cells import NEVER, Cells
+from accelscope.core.printing import show_integer
 from accelscope.core.settings import parse, parse_spec
 from accelscope.core.structures import structure_named
 from accelscope.sample_scenes import make_sample
@@ -130,7 +131,7 @@ def test_what_is_drawn_is_bounded_and_said(spec, monkeypatch):
     kept = len(some.sections.order)
     assert kept <= 300
     assert int(some.edges.starts[-1]) <= 2500
-    assert f"of {shown.spaced(len(cells))} cells (at most {kept} are kept)" in (
+    assert f"of {show_integer(len(cells))} cells (at most {kept} are kept)" in (
         shown.in_words(some, display(hide_empty=False))
     )
     # Every kind keeps those nearest to the root.

@@ -20,10 +20,10 @@ from ...geometry.box_shape import surface_area
 from ...geometry.rays import Rays
 from ...geometry.triangles import Triangles
 from ...lessons import exhibits_left_out, exhibits_of
-from ...printing import in_html
+from ...printing import in_html, show_integer
 from ...settings import to_text
 from ..records.experiment import Built
-from ..records.report import figures, show_integer, write_text
+from ..records.report import figures, write_text
 from .exhibit_pictures import ExhibitPainter
 from .page import figure_tags, page_of, rows_table
 from .png import write_png

@@ -23,10 +23,10 @@ from ...contract.outlines import dashes_of, wires_of
 from ...contract.protocols import Linked, Skipping
 from ...contract.steps import Steps
 from ...contract.structure import Structure
-from ...contract.within import Space, chains_of, moved, space_of, within_of
+from ...contract.within import Space, chains_of, space_of, within_of
 from ...geometry.box_shape import box_segments
 from ...geometry.geometry import lines_of
-from ...geometry.instances import Instanced, levels_of_mesh, lines_of_items
+from ...geometry.instances import Instanced, levels_of_mesh, lines_of_items, moved_points
 from ...geometry.marks import arrows, cone_lines, stars
 from ...geometry.rays import Rays
 from ...progress import SILENT, Progress
@@ -291,7 +291,9 @@ def _visited(walk: Walk, events: np.ndarray) -> np.ndarray:
     pieces = [_outlines(walk.cells, steps.cell[events[steps.level[events] == 0]])]
     for space, there in walk.spaces_of(events[steps.level[events] > 0]):
         assert space.boxes is not None
-        pieces.append(moved(box_segments(space.boxes[np.unique(steps.cell[there])]), space.matrix))
+        pieces.append(
+            moved_points(box_segments(space.boxes[np.unique(steps.cell[there])]), space.matrix)
+        )
     return np.concatenate(pieces)
 
 
@@ -305,7 +307,7 @@ def _items(walk: Walk, events: np.ndarray) -> np.ndarray:
             lines = dashes_of(lines_of_items(space.geometry, numbers))
         else:
             lines, _ = lines_of(space.geometry, numbers, time)
-        pieces.append(lines if space.boxes is None else moved(lines, space.matrix))
+        pieces.append(lines if space.boxes is None else moved_points(lines, space.matrix))
     return np.concatenate(pieces)
 
 

@@ -16,7 +16,7 @@ from ...contract.figures import look_up
 from ...contract.structure import Structure
 from ...geometry.instances import MOST_LEVELS
 from ...memory import in_words
-from ...printing import printable
+from ...printing import printable, show_integer
 from ...settings import to_json
 from ...structures import structure_named
 from ...writing import write_bytes
@@ -111,11 +111,6 @@ def flatten(record: Record, prefix: str = "") -> dict[str, Any]:
 
 
 # ------------------------------------------------------------------------------- how it is shown
-
-
-def show_integer(value: float) -> str:
-    """Return ``"12 345"``."""
-    return f"{value:,.0f}".replace(",", " ")
 
 
 def show_number(value: float) -> str:
