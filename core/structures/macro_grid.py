@@ -41,6 +41,7 @@ from ..contract.counters import CELLS_SKIPPED
 from ..contract.events import JUMP, VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 from ..contract.figures import Figure
 from ..contract.leaf import NOTHING
+from ..contract.missing import all_made
 from ..contract.statistics import Statistics
 from ..contract.walk import Found, lost, walk
 from ..geometry.box import MISS, enter_box
@@ -52,7 +53,7 @@ from ..settings import setting
 from . import grid
 from .grid import Grid, dda
 from .grid.broad import is_broad, walk_broad
-from .grid.cells import all_made, list_of
+from .grid.cells import list_of, stored_list
 from .grid.dda import (
     ALREADY,
     X,
@@ -114,6 +115,7 @@ class MacroGridArrays(NamedTuple):
     distances: np.ndarray
 
 
+implements(list_of, MacroGridArrays, inline=True)(stored_list)
 all_made(MacroGridArrays)
 
 # ----------------------------------------------------------------------------------------- build

@@ -22,11 +22,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contract.events import NONE, VISIT_INNER, VOLUME_TEST, note
+from ...contract.missing import all_made
 from ...contract.walk import walk
 from ...kernels import implements, inner, whole
 from ..subdivision.tree import (
     ROOT,
-    all_made,
     enter_root,
     expand,
     far_part,

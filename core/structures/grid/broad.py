@@ -12,10 +12,11 @@ from __future__ import annotations
 
 from ...contract.events import VISIT_EMPTY, VISIT_LEAF, note
 from ...contract.leaf import EVERYWHERE, NOTHING
+from ...contract.missing import most_missing, note_if_missing
 from ...geometry.cones import Cone
 from ...geometry.rays import Ray
 from ...kernels import dispatched, implements, inner, whole
-from .cells import cell_at, list_of, most_missing, note_if_missing
+from .cells import cell_at, list_of
 from .dda import FOREVER, end_of_walk, test_cell
 
 

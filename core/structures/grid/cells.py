@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...contract.missing import all_made
 from ...geometry.geometry import overlaps
 from ...geometry.rays import ULPS
 from ...kernels import call, dispatched, implements, inlined, inner, kernel
@@ -187,40 +188,12 @@ def list_of(grid, cell):
     raise TypeError(f"no lists in {type(grid).__name__}")
 
 
-@dispatched
-def note_if_missing(grid, cell):
-    """Say whether a cell is still to be made, and note it then (:mod:`....contract.lazy`)."""
-    raise TypeError(f"no lists in {type(grid).__name__}")
-
-
-@dispatched
-def most_missing(grid):
-    """Return how many missing cells a walk notes before it gives up."""
-    raise TypeError(f"no lists in {type(grid).__name__}")
-
-
 def stored_list(grid, cell):
     """Look at the offsets."""
     return grid.offsets[cell], grid.offsets[cell + 1]
 
 
-def never_missing(grid, cell):
-    """All cells were made by the build."""
-    return False
-
-
-def none_missing(grid):
-    """All cells were made by the build."""
-    return 0
-
-
-def all_made(record: type) -> None:
-    """Register a kind of grid whose lists are all made by the build."""
-    implements(list_of, record, inline=True)(stored_list)
-    implements(note_if_missing, record, inline=True)(never_missing)
-    implements(most_missing, record, inline=True)(none_missing)
-
-
+implements(list_of, GridArrays, inline=True)(stored_list)
 all_made(GridArrays)
 
 # ------------------------------------------------------------------------- which cells list what

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...contract.missing import most_missing, note_if_missing
 from ...kernels import call, implements, kernel
 from ...parallel import Spare, for_chunks
 from ...progress import Progress
@@ -23,8 +24,6 @@ from .cells import (
     list_of,
     lowering_of,
     make_scratch,
-    most_missing,
-    note_if_missing,
     overlaps_cell,
     refuse_references,
 )

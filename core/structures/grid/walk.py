@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from ...contract.events import VISIT_EMPTY, VISIT_LEAF, VOLUME_TEST, note
 from ...contract.leaf import NOTHING
+from ...contract.missing import most_missing, note_if_missing
 from ...contract.walk import lost, missing, walk
 from ...geometry.box import Boxes
 from ...geometry.volume import MISS, enter
 from ...kernels import implements
 from .broad import is_broad, walk_broad
-from .cells import GridArrays, list_of, most_missing, note_if_missing
+from .cells import GridArrays, list_of
 from .dda import (
     COUNTERS,
     X,

@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...contract.missing import all_made
 from ...kernels import implements
 from ...ranges import ranges
 from ..subdivision.structure import Topology
 from ..subdivision.tree import (
-    all_made,
     child,
     expand,
     far_part,

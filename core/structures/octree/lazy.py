@@ -18,9 +18,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...contract.missing import most_missing, note_if_missing
 from ...kernels import call, implements, kernel, whole
 from ...progress import Progress
-from ..subdivision.tree import child, leaf_index, most_missing, note_if_missing
+from ..subdivision.tree import child, leaf_index
 from .build import Cutter, Growing, Rule, may_be_split, move_lists, starts_of
 
 

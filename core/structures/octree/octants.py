@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from ...contract.missing import all_made
 from ...kernels import implements, whole
 from ..subdivision.tree import (
-    all_made,
     child,
     expand,
     far_part,

@@ -9,20 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...contract.events import NONE, SKIP, VISIT_INNER, VOLUME_TEST, note
+from ...contract.missing import note_if_missing
 from ...contract.walk import walk
 from ...kernels import implements, whole
-from .tree import (
-    EMPTY,
-    NODE,
-    ROOT,
-    ROWS,
-    enter_root,
-    expand,
-    leaf_index,
-    note_if_missing,
-    pop,
-    push,
-)
+from .tree import EMPTY, NODE, ROOT, ROWS, enter_root, expand, leaf_index, pop, push
 from .walks import NOWHERE_YET, Segments, found, limit_of, one_missing, visit_leaf
 
 ENTER, EXIT = 0, 1

@@ -38,7 +38,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...kernels import dispatched, implements, inlined, inner, whole
+from ...kernels import dispatched, inlined, inner, whole
 
 STACK = 512
 """Nodes a walk can put aside: seven per level of an octree, and no tree is deeper than 60."""
@@ -124,37 +124,6 @@ def expand(tree, node, workspace, span, height):
         The new height of the stack.
     """
     raise TypeError(f"no expand for {type(tree).__name__}")
-
-
-# -------------------------------------------------------------- cells that are still to be made
-
-
-@dispatched
-def note_if_missing(tree, node):
-    """Say whether a leaf is still to be split, and note it then (:mod:`...contract.lazy`)."""
-    raise TypeError(f"no leaves in {type(tree).__name__}")
-
-
-@dispatched
-def most_missing(tree):
-    """Return how many missing cells a walk notes before it gives up."""
-    raise TypeError(f"no leaves in {type(tree).__name__}")
-
-
-def never_missing(tree, node):
-    """All cells were made by the build."""
-    return False
-
-
-def none_missing(tree):
-    """All cells were made by the build."""
-    return 0
-
-
-def all_made(record: type) -> None:
-    """Register a kind of tree whose cells are all made by the build."""
-    implements(note_if_missing, record, inline=True)(never_missing)
-    implements(most_missing, record, inline=True)(none_missing)
 
 
 # --------------------------------------------------------------------------------- intervals

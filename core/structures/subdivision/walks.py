@@ -43,10 +43,10 @@ from ...contract.counters import (
 )
 from ...contract.events import NONE, VISIT_EMPTY, VISIT_LEAF, note
 from ...contract.leaf import NOTHING, Best, test_leaf
+from ...contract.missing import most_missing, note_if_missing
 from ...contract.walk import Found, lost, missing
 from ...geometry.rays import ALL, ANY
 from ...kernels import inlined
-from .tree import most_missing, note_if_missing
 
 # ----------------------------------------------------------------------- records: tree and walk
 
