@@ -1,14 +1,22 @@
-"""Exhibits of hierarchies: one file for each idea that is shown."""
+"""Lessons: one file for each idea that is shown.
+
+A module in this folder that defines ``LESSONS`` is found by itself.
+"""
 
 from __future__ import annotations
 
+import functools
+import importlib
+import pkgutil
 from collections.abc import Sequence
 
 from ..contract.structure import Structure
+from ..errors import InputError
 from ..structures.bvh.hierarchy import BVH
 from .efficiency import nodes_not_paying, overlapping_siblings
 from .exhibit import Exhibit
 from .kdop import kdop_levels
+from .lesson import Lesson
 from .levels import levels
 from .morton import morton_exhibits
 from .parallel_sah import parallel_exhibits
@@ -19,6 +27,31 @@ from .sbvh import spatial_splits
 from .split_curve import cost_curve
 from .split_plane import split_planes
 from .volume import volume_efficiency
+
+
+@functools.cache
+def lessons() -> dict[str, Lesson]:
+    """Return every lesson by name, in the order of the slides."""
+    found: list[Lesson] = []
+    for module in sorted(pkgutil.iter_modules(__path__), key=lambda module: module.name):
+        found += getattr(importlib.import_module(f"{__name__}.{module.name}"), "LESSONS", ())
+    return {lesson.name: lesson for lesson in sorted(found, key=lambda lesson: lesson.place)}
+
+
+def lesson_named(name: str) -> Lesson:
+    """Return the lesson called `name`.
+
+    Raises
+    ------
+    InputError
+        Listing the known names.
+    """
+    try:
+        return lessons()[name]
+    except KeyError:
+        known = ", ".join(lessons())
+        raise InputError(f"there is no lesson '{name}'; known are: {known}") from None
+
 
 OF_TREE = (
     levels, kdop_levels, split_planes, nodes_not_paying, overlapping_siblings, volume_efficiency

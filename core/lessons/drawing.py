@@ -9,6 +9,7 @@ import numpy as np
 
 from ..geometry.marks import stars
 from .exhibit import Frame
+from .picture import Image, Mark, Picture, Row
 
 Colour = tuple[float, float, float, float]
 
@@ -34,6 +35,21 @@ class Lines:
     colours: np.ndarray
 
 
+@dataclass(frozen=True)
+class Faces:
+    """Translucent triangles and their colours.
+
+    Attributes
+    ----------
+    triangles : (m, 3, 3) float64
+    colours : (m, 4) float64
+        sRGB and opacity.
+    """
+
+    triangles: np.ndarray
+    colours: np.ndarray
+
+
 def coloured(segments: np.ndarray, colour: Colour) -> Lines:
     """Return segments (k, 2, 3), all in one colour."""
     return Lines(segments, np.tile(np.array(colour), (len(segments), 1)))
@@ -46,6 +62,32 @@ def frame_of(parts: Sequence[Lines], caption: str) -> Frame:
         np.concatenate([np.empty((0, 4)), *(part.colours for part in parts)]),
         caption,
     )
+
+
+def tinted(triangles: np.ndarray, colour: Colour, opacity: float = 0.25) -> Faces:
+    """Return triangles (m, 3, 3), all in one colour."""
+    return Faces(triangles, np.tile(np.array((*colour[:3], opacity)), (len(triangles), 1)))
+
+
+def picture_of(
+    parts: Sequence[Lines | Faces],
+    caption: str,
+    *,
+    marks: Sequence[Mark] = (),
+    rows: Sequence[Row] = (),
+    images: Sequence[Image] = (),
+) -> Picture:
+    """Return parts as one picture; where lines coincide, the last is seen."""
+    lines = [part for part in parts if isinstance(part, Lines)]
+    faces = [part for part in parts if isinstance(part, Faces)]
+    return Picture(
+        caption,
+        np.concatenate([np.empty((0, 2, 3)), *(part.segments for part in lines)]),
+        np.concatenate([np.empty((0, 4)), *(part.colours for part in lines)]),
+        np.concatenate([np.empty((0, 3, 3)), *(part.triangles for part in faces)]),
+        np.concatenate([np.empty((0, 4)), *(part.colours for part in faces)]),
+        tuple(marks), tuple(rows), tuple(images),
+    )  # fmt: skip
 
 
 def outlines(polygons: np.ndarray) -> np.ndarray:

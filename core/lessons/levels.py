@@ -1,6 +1,9 @@
-"""Exhibit "levels": the hierarchy level by level, whoever built it."""
+"""Lesson "levels": the hierarchy level by level, whoever built it."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -8,9 +11,12 @@ from ..colours import INNER_COLOUR, depth_colours
 from ..contract.cells import Cells
 from ..contract.outlines import Wires, wires_of
 from ..progress import SILENT, Progress
+from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from .drawing import counted
 from .exhibit import MOST_SEGMENTS, Exhibit, Frame, Once
+from .lesson import Lesson, Play, Subject
+from .picture import Picture, Row
 
 FAINT = 0.35
 """Opacity of what is not the subject of a frame."""
@@ -81,3 +87,73 @@ def first_that_fit(
         places = np.sort(best_first[:most])
         wires = wires_of(cells, places, progress)
     return places, wires
+
+
+# ------------------------------------------------------------------------------------ the lesson
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The knob of the lesson."""
+
+    level: int = setting(1, "Level", "Level of the tree; the root has 0", minimum=0)
+
+
+class Levels(Play):
+    """The levels of one hierarchy."""
+
+    def __init__(self, bvh: BVH, progress: Progress) -> None:
+        self.exhibit = levels(bvh)
+        self.exhibit.frame(0, progress)  # looks at the cells
+        self.ends = {"level": self.exhibit.count - 1}
+        depths = bvh.depths()
+        self.nodes, self.leaves = np.bincount(depths), np.bincount(depths[bvh.arrays.size > 0])
+
+    def picture(self, settings: Settings) -> Picture:
+        """Return the picture of one level."""
+        frame, level = self.exhibit.frame(settings.level), settings.level
+        n_leaves = int(self.leaves[level]) if level < len(self.leaves) else 0
+        rows = (
+            Row("Nodes on the Level", str(int(self.nodes[level])), "Inner nodes and leaves"),
+            Row("Leaves among Them", str(n_leaves), "Nodes with primitives of their own"),
+        )
+        return Picture(frame.caption, frame.segments, frame.colours, rows=rows)
+
+    def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
+        """Return the levels that pictures show."""
+        return [Settings(level) for level in ON_PAGE if level <= self.ends["level"]]
+
+
+def has_nodes(structure: Any) -> str:
+    """Accept hierarchies, see :attr:`.lesson.Lesson.suits`."""
+    return "" if isinstance(structure, BVH) else f"{structure.label} is no hierarchy of volumes"
+
+
+def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
+    """Look at the cells of the hierarchy."""
+    bvh = subject.structures[0]
+    assert isinstance(bvh, BVH)
+    return Levels(bvh, progress)
+
+
+LESSONS = (
+    Lesson(
+        name="levels",
+        label="A Hierarchy Level by Level",
+        slide="Bounding Volume Hierarchy (BVH)",
+        begin="A bounding volume hierarchy is a tree of volumes: each encloses what is below it",
+        look_for="Every level encloses the whole object, and does it more tightly than the one "
+        "above; siblings may overlap, and empty space falls away",
+        question="Why may the volumes of one level together have more surface than the root, and "
+        "the tree be good all the same?",
+        answer="A ray tests a node only if it has hit the parent. What counts is the surface of "
+        "each node in relation to the root's, weighted by what is to be tested there: the SAH cost",
+        source="structures.bvh.hierarchy",
+        sample="suzanne:subdivisions=3",
+        structures=("bvh",),
+        suits=has_nodes,
+        Settings=Settings,
+        play=play,
+        film="level",
+    ),
+)
