@@ -82,6 +82,8 @@ class Parser(argparse.ArgumentParser):
                 setattr(arguments, name, guarded.get(value, value))
             elif isinstance(value, list):
                 setattr(arguments, name, [guarded.get(word, word) for word in value])
+        if hasattr(arguments, "knobs"):
+            rest = self._take_knobs(arguments, [guarded.get(word, word) for word in rest])
         # argparse looks for scenes in one place only and leaves the others behind.
         if rest and (not hasattr(arguments, "scenes") or any(w.startswith("-") for w in rest)):
             self.error(f"unrecognized arguments: {' '.join(rest)}")
@@ -90,6 +92,25 @@ class Parser(argparse.ArgumentParser):
             rest = [guarded.get(word, word) for word in rest]
             arguments.scenes = in_order(arguments.scenes + rest, words)
         return arguments
+
+    def _take_knobs(self, arguments: Any, rest: list[str]) -> list[str]:
+        """Keep ``--key value`` and ``--key=value`` as knobs of a lesson; return the other words."""
+        others, knobs = [], {}
+        words = iter(rest)
+        for word in words:
+            if not word.startswith("--"):
+                others.append(word)
+                continue
+            key, is_joined, value = word.removeprefix("--").partition("=")
+            if not is_joined:
+                value = next(words, "")
+                if not value or value.startswith("--"):
+                    self.error(f"--{key} lacks its value")
+            if key in knobs:
+                self.error(f"--{key} is given twice")
+            knobs[key] = value
+        arguments.knobs = knobs
+        return others
 
 
 # ------------------------------------------------------------------------------------- scenes

@@ -27,6 +27,7 @@ from ..stopping import Stops
 from . import animate as command_animate
 from . import efficiency as command_efficiency
 from . import evaluate as command_evaluate
+from . import lessons as command_lessons
 from .arguments import SPECS, OpenFile, Parser
 from .output import NOTHING, CannotPrint, complain, print_result, reason_told
 
@@ -50,6 +51,7 @@ def make_parser() -> argparse.ArgumentParser:
     command_evaluate.add_parser(commands)
     command_animate.add_parser(commands)
     command_efficiency.add_parser(commands)
+    command_lessons.add_parsers(commands)
     return parser
 
 

@@ -24,6 +24,11 @@ def write_png(path: Path, image: np.ndarray) -> None:
     InputError
         If the place cannot be written to.
     """
+    write_bytes(path, png_bytes(image))
+
+
+def png_bytes(image: np.ndarray) -> bytes:
+    """Return what a PNG file of an image holds, see :func:`write_png`."""
     pixels = (np.clip(image, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
     height, width, _ = pixels.shape
     filtered = np.zeros((height, 1 + 3 * width), dtype=np.uint8)  # filter 0 in front of each row
@@ -34,10 +39,9 @@ def write_png(path: Path, image: np.ndarray) -> None:
         return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
 
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    write_bytes(
-        path,
+    return (
         b"\x89PNG\r\n\x1a\n"
         + chunk(b"IHDR", header)
         + chunk(b"IDAT", zlib.compress(filtered.tobytes(), 6))
-        + chunk(b"IEND", b""),
+        + chunk(b"IEND", b"")
     )

@@ -89,6 +89,14 @@ class View:
         within = (column >= 0) & (column <= self.width) & (row >= 0) & (row <= self.height)
         return bool(((z > 0) & within).all())
 
+    def places(self, points: np.ndarray) -> np.ndarray:
+        """Return column and row in the finished picture of points (n, 3); NaN behind the eye."""
+        x, y, z = ((points - self.camera.position) @ axis for axis in self.axes)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            places = np.stack(self._pixels(x, y, z), axis=1) / SUPERSAMPLING
+        places[z <= 0.0] = np.nan
+        return places
+
     def towards_eye(self, points: np.ndarray) -> np.ndarray:
         """Return vectors from points (n, 3) to where they are seen from."""
         if self._is_flat:
@@ -175,7 +183,9 @@ class View:
         shape = (self.rows, SUPERSAMPLING, self.columns, SUPERSAMPLING, 3)
         return canvas.reshape(shape).mean(axis=(1, 3))
 
-    def with_faces(self, triangles: np.ndarray, colours: np.ndarray, opacity: float) -> np.ndarray:
+    def with_faces(
+        self, triangles: np.ndarray, colours: np.ndarray, opacity: float | np.ndarray
+    ) -> np.ndarray:
         """Return the image behind translucent triangles, in the full size of the view.
 
         The order of faces does not matter: each pixel gets the mean of their colours, as opaque as
@@ -186,23 +196,26 @@ class View:
         triangles : (n, 3, 3) float64
         colours : (n, 3) or (3,) float64
             Of each, or of all.
-        opacity : float
-            Of each, less than 1.
+        opacity : float or (n,) float64
+            Of all or of each, less than 1.
         """
         rays_depth = self.depth[::SUPERSAMPLING, ::SUPERSAMPLING].ravel()
         layers = np.zeros(self.columns * self.rows)
         sums = np.zeros((3, self.columns * self.rows))
+        passing = np.log1p(-np.broadcast_to(opacity, len(triangles)))
+        through_all = np.zeros(self.columns * self.rows)
         for pixel, depth, number in self._covered(triangles):
             seen = depth <= rays_depth[pixel] * (1 + 2e-4)
             pixel, number = pixel[seen], number[seen]
             layers += np.bincount(pixel, minlength=len(layers))
+            through_all += np.bincount(pixel, passing[number], minlength=len(layers))
             if colours.ndim == 2:
                 for channel in range(3):
                     weights = colours[number, channel]
                     sums[channel] += np.bincount(pixel, weights, minlength=len(layers))
         if colours.ndim == 1:
             sums = colours[:, None] * layers
-        through = ((1.0 - opacity) ** layers).reshape(self.rows, self.columns)
+        through = np.exp(through_all).reshape(self.rows, self.columns)
         mean = (sums / np.maximum(layers, 1.0)).T.reshape(self.rows, self.columns, 3)
         through, mean = (
             each.repeat(SUPERSAMPLING, axis=0).repeat(SUPERSAMPLING, axis=1)

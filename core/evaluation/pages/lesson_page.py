@@ -1,0 +1,291 @@
+"""The pages of lessons: one lesson with its knob to turn, and the handout of all of them."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import json
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...errors import InputError
+from ...lessons.lesson import Lesson, Play, Subject
+from ...lessons.picture import Picture
+from ...printing import in_html
+from ...progress import SILENT, Progress
+from ...settings import key_of, to_text
+from ..records.report import write_text
+from .lesson_pictures import LessonPainter
+from .page import figure_tags, page_of, rows_table
+from .png import png_bytes, write_png
+
+REDUCTION = 1.5
+"""Pictures on the page of one lesson are smaller than files of them by this."""
+
+MOST_TURNS = 25
+"""Positions of the knob on the page of one lesson."""
+
+BROWSERS = "chromium", "chromium-browser", "google-chrome", "chrome", "msedge"
+"""What prints a page to PDF."""
+
+
+class Played(NamedTuple):
+    """A lesson, what it is about, how its knobs stand, and the play."""
+
+    lesson: Lesson
+    subject: Subject
+    settings: Any
+    play: Play
+
+
+def play(lesson: Lesson, subject: Subject, settings: Any, progress: Progress = SILENT) -> Played:
+    """Play a lesson; knobs beyond their ends are turned back.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to show of this subject.
+    Cancelled
+        From `progress`.
+    """
+    played = lesson.play(subject, settings, progress)
+    return Played(lesson, subject, played.within(settings), played)
+
+
+def pictures_along(
+    played: Played, settings: Sequence[Any], progress: Progress = SILENT
+) -> list[Picture]:
+    """Return the pictures of several positions of the knobs; plays anew where one asks for it.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    lesson, play, found = played.lesson, played.play, []
+    key = lesson.key(played.settings)
+    for number, each in enumerate(settings):
+        progress.report(number, len(settings), f"Pictures of {lesson.name}")
+        if lesson.key(each) != key:
+            play, key = lesson.play(played.subject, each, progress), lesson.key(each)
+        found.append(play.picture(play.within(each)))
+    return found
+
+
+def turns(played: Played, most: int = MOST_TURNS) -> list[Any]:
+    """Return the positions of the knob that a film goes through; some evenly if they are many."""
+    lesson, values = played.lesson, played.play.film(played.lesson)
+    chosen = np.unique(np.linspace(0, len(values) - 1, min(len(values), most)).round().astype(int))
+    return [
+        dataclasses.replace(played.settings, **{lesson.film: values[number]}) for number in chosen
+    ]
+
+
+def write_pictures(folder: Path, played: Played, progress: Progress = SILENT) -> list[str]:
+    """Write the pictures that tell most as PNG files; return their names.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written to.
+    """
+    positions = played.play.on_page(played.lesson, played.settings)
+    pictures = pictures_along(played, positions, progress)
+    return write_files(folder, played, pictures, LessonPainter(played.subject.scene, pictures))
+
+
+def write_files(
+    folder: Path, played: Played, pictures: Sequence[Picture], painter: LessonPainter
+) -> list[str]:
+    """Write pictures, and images that belong to them, as PNG files; return the pictures' names."""
+    names = []
+    for number, picture in enumerate(pictures):
+        names.append(f"{played.lesson.name}-{number:02}.png")
+        write_png(folder / names[-1], painter.paint(picture))
+        for image in picture.images:
+            write_png(folder / f"{played.lesson.name}-{number:02}-{image.name}.png", image.pixels)
+    return names
+
+
+# ------------------------------------------------------------------------------------- one lesson
+
+
+def write_lesson_page(path: Path, played: Played, progress: Progress = SILENT) -> None:
+    """Write one file with everything in it: words, pictures along the knob, figures.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written to.
+    """
+    positions = turns(played)
+    pictures = pictures_along(played, positions, progress)
+    painter = LessonPainter(played.subject.scene, pictures, REDUCTION)
+    steps = []
+    for number, (settings, picture) in enumerate(zip(positions, pictures, strict=True)):
+        progress.report(number, len(pictures), "Painting")
+        value = str(getattr(settings, played.lesson.film))
+        steps.append(
+            {
+                "value": value,
+                "image": as_data(painter.paint(picture)),
+                "more": [as_data(image.pixels) for image in picture.images],
+                "caption": picture.caption,
+                "rows": [[row.label, row.text, row.meaning] for row in picture.rows],
+            }
+        )
+    start = positions.index(played.settings) if played.settings in positions else 0
+    label = next(
+        field.metadata["label"]
+        for field in dataclasses.fields(played.lesson.Settings)
+        if field.name == played.lesson.film
+    )
+    data = json.dumps({"steps": steps, "start": start}).replace("</", "<\\/")
+    body = (
+        f"{words_before(played.lesson)}<p><label>{in_html(label)} "
+        f'<input id="knob" type="range" min="0" max="{len(steps) - 1}" value="{start}">'
+        '</label> <output id="value"></output></p>'
+        '<div class="row"><figure class="lesson"><img id="picture" alt="">'
+        '<figcaption id="caption"></figcaption></figure><table id="rows"></table>'
+        '<div id="more"></div></div>'
+        f"{words_after(played)}<script>const lesson = {data};{SCRIPT}</script>"
+    )
+    write_text(path, page_of(played.lesson.label, body))
+
+
+def as_data(image: np.ndarray) -> str:
+    """Return an image as the address of itself."""
+    return "data:image/png;base64," + base64.b64encode(png_bytes(image)).decode("ascii")
+
+
+def words_before(lesson: Lesson) -> str:
+    """Return what is read before the pictures."""
+    return (
+        f'<p class="slide">{in_html(lesson.slide)}</p><p class="begin">{in_html(lesson.begin)}.</p>'
+        f"<p><b>Look for:</b> {in_html(lesson.look_for)}.</p>"
+    )
+
+
+def words_after(played: Played) -> str:
+    """Return the question with its answer, and how to come here again."""
+    lesson, scene = played.lesson, played.subject.scene
+    settings = to_text(played.settings)
+    knobs = " ".join(
+        f"--{key_of(field)} {getattr(played.settings, field.name)}"
+        for field in dataclasses.fields(lesson.Settings)
+        if getattr(played.settings, field.name) != field.default
+    )
+    return (
+        f'<details><summary>{in_html(lesson.question)}</summary><p class="begin">'
+        f"{in_html(lesson.answer)}.</p></details>"
+        f"<p>Scene {in_html(scene.name)}; {in_html(settings.replace(',', ', '))}. "
+        f"<code>accelscope lesson {in_html(f'{lesson.name} {knobs}'.strip())}</code>. "
+        f"Source: <code>core/{in_html(lesson.source.replace('.', '/'))}.py</code></p>"
+    )
+
+
+SCRIPT = """
+const at = id => document.getElementById(id);
+function show() {
+  const step = lesson.steps[at("knob").value];
+  at("picture").src = step.image; at("picture").alt = step.caption;
+  at("caption").textContent = step.caption; at("value").textContent = step.value;
+  at("rows").replaceChildren(...step.rows.map(([label, text, meaning]) => {
+    const row = document.createElement("tr"), head = document.createElement("th");
+    const cell = document.createElement("td");
+    row.title = meaning; head.textContent = label; cell.textContent = text;
+    row.append(head, cell); return row; }));
+  at("more").replaceChildren(...step.more.map(source => {
+    const image = document.createElement("img"); image.src = source; return image; }));
+}
+at("knob").oninput = show; show();
+"""
+
+
+# ---------------------------------------------------------------------------------------- handout
+
+
+class Handout:
+    """A folder with a page of all lessons in the order of the lecture."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._contents: list[str] = []
+        self._sections: list[str] = []
+        self._slide = ""
+
+    def add(self, played: Played, progress: Progress = SILENT) -> None:
+        """Add a lesson, with the pictures that tell most.
+
+        Raises
+        ------
+        InputError
+            If the place cannot be written to.
+        """
+        lesson = played.lesson
+        positions = played.play.on_page(lesson, played.settings)
+        pictures = pictures_along(played, positions, progress)
+        painter = LessonPainter(played.subject.scene, pictures)
+        names = write_files(self.folder, played, pictures, painter)
+        figures = [(name, picture.caption) for name, picture in zip(names, pictures, strict=True)]
+        rows = [(row.label, row.text) for row in pictures[-1].rows]
+        table = rows_table("Figures of the last picture", rows) if rows else ""
+        if lesson.slide != self._slide:
+            self._slide = lesson.slide
+            self._contents.append(f"<li>{in_html(lesson.slide)}</li>")
+        self._contents.append(f'<li><a href="#{lesson.name}">{in_html(lesson.label)}</a></li>')
+        self._sections.append(
+            f'<section class="lesson" id="{lesson.name}"><h2>{in_html(lesson.label)}</h2>'
+            f'{words_before(lesson)}<div class="frames two">{figure_tags(figures)}</div>'
+            f"{table}{words_after(played)}</section>"
+        )
+
+    def add_failure(self, lesson: Lesson, reason: str) -> None:
+        """Say why a lesson is not in it."""
+        self._sections.append(
+            f'<section class="lesson"><h2>{in_html(lesson.label)}</h2>'
+            f'<p class="failed">{in_html(reason)}</p></section>'
+        )
+
+    def write_page(self) -> Path:
+        """Write ``index.html`` beside the pictures; return its path."""
+        contents = f'<ul class="contents">{"".join(self._contents)}</ul>'
+        path = self.folder / "index.html"
+        heading = "Acceleration techniques for ray tracing, lesson by lesson"
+        write_text(path, page_of(heading, contents + "\n".join(self._sections) + OPEN))
+        return path
+
+
+OPEN = """<script>addEventListener("beforeprint", () =>
+document.querySelectorAll("details").forEach(each => each.open = true));</script>"""
+"""On paper there is no click that shows an answer."""
+
+
+def browser() -> str | None:
+    """Return a browser that prints pages to PDF, or None."""
+    return next((path for name in BROWSERS if (path := shutil.which(name))), None)
+
+
+def print_pdf(page: Path, pdf: Path, program: str) -> None:
+    """Print a page with a browser.
+
+    Raises
+    ------
+    InputError
+        If it does not.
+    """
+    with tempfile.TemporaryDirectory() as profile:
+        done = subprocess.run(
+            [program, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}",
+             "--no-pdf-header-footer", f"--print-to-pdf={pdf.resolve()}",
+             page.resolve().as_uri()],
+            capture_output=True, timeout=600, check=False,
+        )  # fmt: skip
+    if done.returncode != 0 or not pdf.is_file():
+        raise InputError(f"{Path(program).name} could not print {page.name} to {pdf.name}")

@@ -1,0 +1,82 @@
+"""Pictures of lessons: lines and faces over the mesh, with their text.
+
+All pictures of a lesson are seen from the same place, from where everything in them is seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...geometry.box_shape import corners_of
+from ...lessons.picture import Picture
+from ...scene import Scene
+from .lettering import INK, Letters, lettered
+from .picture_cameras import camera_around, own_camera, picture_camera
+from .view import View
+
+FEW_SEGMENTS = 2000
+"""Segments up to which lines are drawn wide, and clearly behind the mesh, too."""
+
+MOST_OPAQUE = 0.95
+"""Opacity of faces at most: light gets through all of them."""
+
+AROUND = 1.08
+"""What is framed, in sizes of what is to be seen: text stands beside it."""
+
+
+class LessonPainter:
+    """Paints pictures of a lesson over one scene.
+
+    Parameters
+    ----------
+    pictures : sequence of Picture
+        All of them are seen whole.
+    reduction : float
+        See :class:`.view.View`.
+    """
+
+    def __init__(self, scene: Scene, pictures: Sequence[Picture], reduction: float = 1.0) -> None:
+        corners = corners_of(np.concatenate([scene.lower, scene.upper])[None])[0]
+        points = np.concatenate([corners, *(picture.points() for picture in pictures)])
+        centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        camera = picture_camera(scene)
+        if own_camera(scene) is None or not View(scene, camera, 16.0).sees(points):
+            camera = camera_around(camera, centre + AROUND * (points - centre))
+        self.view = View(scene, camera, reduction)
+
+    def paint(self, picture: Picture) -> np.ndarray:
+        """Return a picture as an image, (rows, columns, 3) float64 from 0 to 1."""
+        view, over = self.view, None
+        if len(picture.faces):
+            opacity = np.minimum(picture.face_colours[:, 3], MOST_OPAQUE)
+            over = view.with_faces(picture.faces, picture.face_colours[:, :3], opacity)
+        if len(picture.segments) > FEW_SEGMENTS:
+            image = view.with_lines(picture.segments, picture.colours, over=over)
+        else:
+            image = view.with_lines(
+                picture.segments, picture.colours, over=over, width=2, hidden=0.5
+            )
+        return lettered(image, self._letters(picture))
+
+    def _letters(self, picture: Picture) -> list[Letters]:
+        """Return the text of a picture, where it is seen."""
+        if not picture.marks:
+            return []
+        places = self.view.places(np.array([mark.position for mark in picture.marks], float))
+        return [
+            Letters(float(column), float(row), mark.text, on_paper(mark.colour))
+            for mark, (column, row) in zip(picture.marks, places, strict=True)
+            if np.isfinite(column)
+        ]
+
+
+def on_paper(colour: tuple[float, float, float] | None) -> tuple[float, float, float]:
+    """Return a text's colour so dark that it is read on white."""
+    if colour is None:
+        return INK
+    red, green, blue = (float(channel) for channel in colour)
+    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    dim = min(1.0, 0.42 / max(luminance, 1e-9))
+    return red * dim, green * dim, blue * dim
