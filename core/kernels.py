@@ -12,7 +12,8 @@ Rules, with their reasons:
   its own to compile, and a large kernel takes seconds more for a few of those.
 - Constants and elements are made :data:`whole`, indices in innermost loops :data:`unsigned`.
 - Numba's cache does not notice a changed callee in another file, so the cache directory's name
-  carries a hash of all of core's sources and of Numba's version.
+  carries a hash of all of core's sources, but for the lessons, which have no kernels, and of
+  Numba's version.
 """
 
 from __future__ import annotations
@@ -276,13 +277,15 @@ def cache_directory() -> Path:
 
 @functools.cache
 def _fingerprint() -> str:
-    """Return a hash over Python's and Numba's version and all sources of the core."""
+    """Return a hash over Python's and Numba's version and the core's sources, lessons left out."""
     import numba
 
     checked = numba.config.BOUNDSCHECK  # set by the environment: other code comes out
     digest = hashlib.sha256(f"{sys.version} {numba.__version__} {checked}".encode())
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(path.read_bytes())
+    core = Path(__file__).parent
+    for path in sorted(core.rglob("*.py")):
+        if path.parent != core / "lessons":
+            digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
