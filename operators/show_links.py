@@ -49,8 +49,8 @@ class ACCELSCOPE_OT_show_links(jobs.JobOperator, bpy.types.Operator):
         return True
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
-        from ..core.evaluation.pages.ray_path import leaf_at, links_of
         from ..core.kernels import announcing
+        from ..core.lessons.ray_path import leaf_at, links_of
 
         built, cells = session.current.built, session.current.cells
         assert built is not None

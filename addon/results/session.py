@@ -35,8 +35,8 @@ from .wording import refusal_in_panel
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ...core.contract.cells import Cells
     from ...core.contract.steps import Steps
-    from ...core.evaluation.pages.ray_path import Walk
     from ...core.evaluation.records.experiment import Built, Traced
+    from ...core.lessons.ray_path import Walk
 
 
 class Status(NamedTuple):
@@ -157,13 +157,13 @@ class Session:
 
     def path(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the recorded ray or cone as it is drawn, segments and colours; None without."""
-        from ...core.evaluation.pages.ray_path import segments_of
+        from ...core.lessons.ray_path import segments_of
 
         return segments_of(self._walk()) if self.steps is not None else None
 
     def draw_paths(self, event: int | None = None) -> None:
         """Draw the recorded ray, up to an event if one is given, and the links of the leaf."""
-        from ...core.evaluation.pages.ray_path import legend, segments_of
+        from ...core.lessons.ray_path import legend, segments_of
 
         paths = [] if self.links is None else [self.links]
         if self.steps is not None:
@@ -192,7 +192,7 @@ class Session:
             make_frame_soon(context.scene)
 
     def _walk(self) -> Walk:
-        from ...core.evaluation.pages.ray_path import Walk
+        from ...core.lessons.ray_path import Walk
 
         assert self.built is not None
         assert self.cells is not None
@@ -302,7 +302,7 @@ class Session:
 
     def event_text(self, event: int) -> str:
         """Say what happens in an event of the recorded ray."""
-        from ...core.evaluation.pages.ray_path import event_text
+        from ...core.lessons.ray_path import event_text
 
         assert self.steps is not None
         assert self.built is not None

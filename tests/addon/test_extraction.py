@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.rays.cameras import window_of
+from accelscope.core.scene.camera_rays import window_of
 
 CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 

@@ -113,7 +113,7 @@ def test_the_number_of_the_ray_ends_with_the_rays(bpy: Any, traced: Any, root: A
 
 
 def test_path_ends_at_the_hit_and_shows_the_nodes(bpy: Any, traced: Any, current: Any) -> None:
-    from accelscope.core.evaluation.pages.ray_path import Walk, segments_of
+    from accelscope.core.lessons.ray_path import Walk, segments_of
 
     structure, rays = current.built.structure, current.traced.rays
     for index in range(0, 500, 50):

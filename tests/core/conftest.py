@@ -7,10 +7,10 @@ import sys
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.rays.cameras import camera_rays
 from accelscope.core.evaluation.rays.workloads import CameraSettings, camera_of, random_lines
 from accelscope.core.geometry.rays import CLOSEST, Rays
 from accelscope.core.scene import Scene
+from accelscope.core.scene.camera_rays import camera_rays
 from accelscope.core.settings import key_of, parse
 from accelscope.core.structures import structures
 from accelscope.sample_scenes import make_sample, samples

@@ -15,7 +15,8 @@ from accelscope.core.contract.events import (
     VISIT_INNER,
     VISIT_LEAF,
 )
-from accelscope.core.evaluation.pages.ray_path import (
+from accelscope.core.geometry.rays import Rays
+from accelscope.core.lessons.ray_path import (
     ON_DARK,
     Walk,
     event_text,
@@ -24,7 +25,6 @@ from accelscope.core.evaluation.pages.ray_path import (
     links_of,
     segments_of,
 )
-from accelscope.core.geometry.rays import Rays
 from accelscope.core.structures import structure_named
 from accelscope.sample_scenes import make_sample
 

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.rays.cameras import camera_rays
+from accelscope.core.scene.camera_rays import camera_rays
 from accelscope.sample_scenes import make_sample
 
 COUNTED = {

@@ -5,9 +5,9 @@ import functools
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.rays.cameras import camera_rays
 from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.triangles import Triangles
+from accelscope.core.scene.camera_rays import camera_rays
 from accelscope.core.structures import structures
 from accelscope.sample_scenes import samples
 

@@ -7,8 +7,8 @@ import pytest
 from accelscope.core.evaluation.pages import view as view_module
 from accelscope.core.evaluation.pages.picture_cameras import HEIGHT, MARGIN, WIDTH, camera_around
 from accelscope.core.evaluation.pages.view import View
-from accelscope.core.evaluation.rays.cameras import camera_axes
 from accelscope.core.scene import Camera, Scene
+from accelscope.core.scene.camera_rays import camera_axes
 
 WALL = np.array([[[-9, 0, -9], [0, 0, -9], [0, 0, 9]], [[-9, 0, -9], [0, 0, 9], [-9, 0, 9]]], float)
 """Across the left half of the picture, five units from the camera."""

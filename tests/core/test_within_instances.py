@@ -13,7 +13,6 @@ from accelscope.core.contract.within import (
     space_of,
     within_of,
 )
-from accelscope.core.evaluation.pages import ray_path
 from accelscope.core.evaluation.records.experiment import Built, make_record, trace_rays
 from accelscope.core.evaluation.records.report import counters_in_words, figures
 from accelscope.core.geometry.box_shape import corners_of
@@ -21,6 +20,7 @@ from accelscope.core.geometry.geometry import boxes_around
 from accelscope.core.geometry.instances import flattened, instanced, moved_points
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.geometry.triangles import all_triangles
+from accelscope.core.lessons import ray_path
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structure_named
 

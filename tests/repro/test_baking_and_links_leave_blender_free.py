@@ -101,7 +101,7 @@ def test_nothing_of_it_is_computed_in_blenders_thread(
     bpy: Any, cells: Any, bake: Any, show_links: Any, context: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from accelscope.addon.to_blender import bake as baking
-    from accelscope.core.evaluation.pages import ray_path
+    from accelscope.core.lessons import ray_path
 
     threads = []
 

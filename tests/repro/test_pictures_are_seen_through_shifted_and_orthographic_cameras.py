@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from accelscope.core.evaluation.pages.picture_cameras import MARGIN, camera_around, picture_camera
 from accelscope.core.evaluation.pages.view import View
-from accelscope.core.evaluation.rays.cameras import camera_axes
 from accelscope.core.scene import Camera, Scene
+from accelscope.core.scene.camera_rays import camera_axes
 
 EYE, UP = np.array([0.0, -5.0, 0.0]), np.array([0.0, 0.0, 1.0])
 CAMERAS = {

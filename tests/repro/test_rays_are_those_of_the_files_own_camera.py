@@ -4,9 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.rays.cameras import camera_rays
 from accelscope.core.evaluation.rays.workloads import CameraSettings, CameraWorkload
 from accelscope.core.scene import Camera
+from accelscope.core.scene.camera_rays import camera_rays
 from accelscope.core.structures.naive import Naive
 
 SIZES = ((8, 8), (12, 6), (5, 9))

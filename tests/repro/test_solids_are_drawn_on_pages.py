@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from accelscope.core.evaluation.pages.ray_path import Walk, event_text, legend, segments_of
 from accelscope.core.geometry.geometry import lines_of
 from accelscope.core.geometry.instances import instanced, lines_of_items
 from accelscope.core.geometry.rays import Rays
@@ -18,6 +17,7 @@ from accelscope.core.geometry.solids.description import (
 )
 from accelscope.core.geometry.solids.making import mixed_of
 from accelscope.core.geometry.triangles import all_triangles
+from accelscope.core.lessons.ray_path import Walk, event_text, legend, segments_of
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
 

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from ...scene import ORTHOGRAPHIC, Camera, Scene
-from ..rays.cameras import camera_axes, framing_camera, window_of
+from ...scene.camera_rays import camera_axes, framing_camera, window_of
 
 WIDTH, HEIGHT = 960, 720
 

@@ -20,6 +20,7 @@ from ...geometry.box_shape import surface_area
 from ...geometry.rays import Rays
 from ...geometry.triangles import Triangles
 from ...lessons import exhibits_left_out, exhibits_of
+from ...lessons.ray_path import ON_LIGHT, Walk, legend, links_of, segments_of
 from ...printing import in_html, show_integer
 from ...settings import to_text
 from ..records.experiment import Built
@@ -27,7 +28,6 @@ from ..records.report import figures, write_text
 from .exhibit_pictures import ExhibitPainter
 from .page import figure_tags, page_of, rows_table
 from .png import write_png
-from .ray_path import ON_LIGHT, Walk, legend, links_of, segments_of
 from .view import View
 
 MOST_CELLS = 20_000

@@ -13,8 +13,8 @@ import numpy as np
 from ...geometry.geometry import normals_at
 from ...ranges import ranges
 from ...scene import ORTHOGRAPHIC, Camera, Scene
+from ...scene.camera_rays import camera_axes, camera_rays, window_of
 from ...structures.bvh import BVH
-from ..rays.cameras import camera_axes, camera_rays, window_of
 from .picture_cameras import HEIGHT, WIDTH, picture_camera
 
 SUPERSAMPLING = 2

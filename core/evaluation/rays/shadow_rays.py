@@ -9,7 +9,7 @@ from ...errors import InputError
 from ...geometry.geometry import normals_at
 from ...geometry.rays import ANY, Rays
 from ...scene import LIGHT_KINDS, POINT, SUN, Light, Scene
-from .cameras import SHADOW
+from ...scene.camera_rays import SHADOW
 
 OFF_THE_FACE = 1e-9
 """How far off the face a shadow ray starts, relative to the scene's diagonal."""

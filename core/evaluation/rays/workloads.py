@@ -21,8 +21,8 @@ from ...errors import InputError, naming
 from ...geometry.rays import Rays
 from ...memory import refuse_if_too_large
 from ...scene import ORTHOGRAPHIC, Camera, Scene
+from ...scene.camera_rays import camera_rays, framing_camera
 from ...settings import setting
-from .cameras import camera_rays, framing_camera
 from .ray_files import BYTES_PER_RAY, headers_of, read_rays
 from .shadow_rays import refuse_darkness, shadow_rays
 

@@ -34,8 +34,8 @@ from ...kernels import announcing
 from ...parallel import core_count
 from ...progress import SILENT, Progress
 from ...scene import Scene
+from ...scene.camera_rays import CLASS_NAMES
 from ...settings import to_json
-from ..rays.cameras import CLASS_NAMES
 from ..rays.workloads import Workload
 from .environment import environment
 

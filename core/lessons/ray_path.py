@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...contract.cells import Cells
-from ...contract.events import (
+from ..contract.cells import Cells
+from ..contract.events import (
     HIT,
     JUMP,
     KIND_NAMES,
@@ -19,17 +19,17 @@ from ...contract.events import (
     VISIT_LEAF,
     VOLUME_TEST,
 )
-from ...contract.outlines import dashes_of, wires_of
-from ...contract.protocols import Linked, Skipping
-from ...contract.steps import Steps
-from ...contract.structure import Structure
-from ...contract.within import Space, chains_of, space_of, within_of
-from ...geometry.box_shape import box_segments
-from ...geometry.geometry import lines_of
-from ...geometry.instances import Instanced, levels_of_mesh, lines_of_items, moved_points
-from ...geometry.marks import arrows, cone_lines, stars
-from ...geometry.rays import Rays
-from ...progress import SILENT, Progress
+from ..contract.outlines import dashes_of, wires_of
+from ..contract.protocols import Linked, Skipping
+from ..contract.steps import Steps
+from ..contract.structure import Structure
+from ..contract.within import Space, chains_of, space_of, within_of
+from ..geometry.box_shape import box_segments
+from ..geometry.geometry import lines_of
+from ..geometry.instances import Instanced, levels_of_mesh, lines_of_items, moved_points
+from ..geometry.marks import arrows, cone_lines, stars
+from ..geometry.rays import Rays
+from ..progress import SILENT, Progress
 
 STAR_SIZE = 0.03
 """Size of the marks of hits, as a share of the way to them; at most that of the primitive."""

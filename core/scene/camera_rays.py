@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import InputError
-from ...geometry.rays import Rays
-from ...scene import ORTHOGRAPHIC, PERSPECTIVE, Camera, Scene
+from ..errors import InputError
+from ..geometry.rays import Rays
+from . import ORTHOGRAPHIC, PERSPECTIVE, Camera, Scene
 
 PRIMARY, SHADOW = CLASS_NAMES = ("primary", "shadow")
 """What the rays of a camera are for."""
