@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.geometry import lines_of
 from ..geometry.marks import stars
+from ..geometry.triangles import Triangles
+from ..scene import Scene
 from .exhibit import Frame
 from .picture import Image, Mark, Picture, Row
 
@@ -90,6 +93,37 @@ def picture_of(
     )  # fmt: skip
 
 
+def halves(rectangles: np.ndarray) -> np.ndarray:
+    """Return rectangles, (n, 4, 3) once around, as triangles, (2 n, 3, 3)."""
+    return rectangles[:, [(0, 1, 2), (0, 2, 3)]].reshape(-1, 3, 3)
+
+
+def some_of(numbers: np.ndarray, most: int) -> np.ndarray:
+    """Return not more than so many of some numbers, evenly chosen."""
+    if len(numbers) <= most:
+        return numbers
+    return numbers[np.linspace(0, len(numbers) - 1, most).astype(np.int64)]
+
+
+def items_in(
+    scene: Scene, primitives: np.ndarray, colour: Colour, opacity: float = 0.25, most: int = 1500
+) -> Lines | Faces:
+    """Return some of a scene's primitives in a colour: triangles as faces, others by their lines.
+
+    Parameters
+    ----------
+    primitives : (n,) int
+        As hits know them.
+    most : int
+        Of more of them, so many are evenly chosen.
+    """
+    primitives = some_of(primitives, most)
+    if isinstance(scene.geometry, Triangles):
+        return tinted(scene.geometry.corners[primitives], colour, opacity)
+    segments, _ = lines_of(scene.geometry, primitives)
+    return coloured(segments, (*colour[:3], 0.5 + 0.5 * opacity))
+
+
 def outlines(polygons: np.ndarray) -> np.ndarray:
     """Return the edges of polygons with k corners each, (n, k, 3), as segments (n k, 2, 3)."""
     edges = np.stack([polygons, np.roll(polygons, -1, axis=1)], axis=2)
@@ -126,6 +160,15 @@ class Chart:
         self.low, self.span = low, (high - low) or 1.0
         self.top = top or 1.0
 
+    @classmethod
+    def beside(cls, scene: Scene, low: float, high: float, top: float) -> Chart:
+        """Return a chart to the right of a scene, as wide and as high as that is long."""
+        size = float((scene.upper - scene.lower).max())
+        middle = 0.5 * (scene.lower + scene.upper)
+        corner = np.array([scene.upper[0] + 0.3 * size, middle[1], middle[2] - 0.4 * size])
+        across, upwards = np.array([size, 0.0, 0.0]), np.array([0.0, 0.0, 0.8 * size])
+        return cls(corner, across, upwards, low, high, top)
+
     def points(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return where values stand, (k, 3)."""
         along, above = (np.asarray(x) - self.low) / self.span, np.asarray(y) / self.top
@@ -136,6 +179,27 @@ class Chart:
         corner = self.origin
         ends = [[corner, corner + self.across], [corner, corner + self.upwards]]
         return coloured(np.array(ends), GREY)
+
+    def named(self, x: str, y: str) -> list[Mark]:
+        """Return the names of both axes: below the one, above the other."""
+        return [Mark(self.at(0.5, -0.2), x), Mark(self.at(0.0, 1.08), y)]
+
+    def at(self, along: float, above: float) -> np.ndarray:
+        """Return a place, (3,), in shares of the chart's width and height."""
+        return self.origin + along * self.across + above * self.upwards
+
+    def stars(self, x: np.ndarray, y: np.ndarray, colour: Colour) -> Lines:
+        """Return stars at points."""
+        size = 0.05 * float(np.linalg.norm(self.upwards))
+        return coloured(stars(self.points(x, y), np.full(len(x), size)), colour)
+
+    def bars(self, x: np.ndarray, y: np.ndarray, width: float, colour: Colour) -> Faces:
+        """Return bars that begin at x, in its unit as wide as `width`, and are as high as y."""
+        x, y = np.asarray(x), np.asarray(y)
+        zero = np.zeros(len(y))
+        corners = [(x, zero), (x + width, zero), (x + width, y), (x, y)]
+        rectangles = np.stack([self.points(*corner) for corner in corners], axis=1)
+        return tinted(halves(rectangles), colour, 0.8)
 
     def level(self, y: float, colour: Colour) -> Lines:
         """Return a line across the chart."""
