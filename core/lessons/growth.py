@@ -15,10 +15,10 @@ import numpy as np
 
 from ..contract.counters import Counts
 from ..contract.structure import Structure
-from ..evaluation.rays.workloads import random_lines
 from ..geometry.geometry import in_order
 from ..geometry.rays import CLOSEST, Rays
 from ..progress import Progress
+from ..sah.line_sample import random_lines
 from ..scene import Scene
 from ..structures.bvh.hierarchy import BVH
 from ..structures.naive import Naive

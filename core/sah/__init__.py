@@ -1,1 +1,1 @@
-"""What the lecture says of the surface area heuristic itself: planes, curves, an example."""
+"""What the lecture says of the heuristic and of volumes: planes, curves, lines, times."""

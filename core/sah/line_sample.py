@@ -4,7 +4,7 @@ The lecture's figures of a volume's efficiency are shares of such lines. Two sam
 
 - random: isotropic and uniform through a ball around everything, so that a line hits a convex body
   of area S in the ball with probability S / (4 pi R^2). A direction is drawn, and a point uniform
-  in the ball's disc across it.
+  in the ball's disc across it. Or all of them hit a box, where nothing else matters.
 - parallel: along one direction, as on the slide. There shares of lines are ratios of projected
   areas.
 """
@@ -49,6 +49,33 @@ def random_lines_through(ball: Ball, count: int, seed: int) -> Rays:
     u, v = across(directions)
     point = distance[:, None] * (np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v)
     return _entering(ball, point, directions)
+
+
+def random_lines(
+    lower: np.ndarray, upper: np.ndarray, count: int, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return origins and unit directions, (count, 3) each, of lines through the box.
+
+    The origins lie outside the box's bounding sphere.
+    """
+    rng = np.random.default_rng(seed)
+    size = upper - lower
+    across = np.array([[1, 2], [2, 0], [0, 1]])  # the two axes of the faces that an axis pierces
+    areas = size[across].prod(axis=1)
+    axis = rng.choice(3, size=count, p=areas / areas.sum())
+    # Where the line enters: on one of the two faces, with its inward normal along +-axis.
+    inward = rng.choice([-1.0, 1.0], size=count)
+    entry = lower + rng.random((count, 3)) * size
+    row = np.arange(count)
+    entry[row, axis] = np.where(inward > 0.0, lower[axis], upper[axis])
+    # Cosine-distributed around the normal: uniform on the disc below the hemisphere.
+    squared = rng.random(count)  # of the distance from the disc's centre
+    angle = 2.0 * np.pi * rng.random(count)
+    directions = np.empty((count, 3))
+    directions[row, axis] = inward * np.sqrt(1.0 - squared)
+    directions[row, across[axis, 0]] = np.sqrt(squared) * np.cos(angle)
+    directions[row, across[axis, 1]] = np.sqrt(squared) * np.sin(angle)
+    return entry - 2.0 * np.linalg.norm(size) * directions, directions
 
 
 def parallel_lines_through(ball: Ball, direction: np.ndarray, count: int) -> Rays:

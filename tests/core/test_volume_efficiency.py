@@ -6,9 +6,7 @@ from accelscope.core.evaluation.records.efficiency import (
     EfficiencySettings,
     Measurement,
     table,
-    verdict,
 )
-from accelscope.core.evaluation.records.timing import time_of_object, time_of_volume
 from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import SILENT
@@ -19,6 +17,7 @@ from accelscope.core.sah.line_sample import (
     random_lines_through,
     sample_of,
 )
+from accelscope.core.sah.timing import time_of_object, time_of_volume, verdict
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh.topology.fit import fit_all
 

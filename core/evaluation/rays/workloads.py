@@ -20,6 +20,7 @@ from ...contract.structure import Hits
 from ...errors import InputError, naming
 from ...geometry.rays import Rays
 from ...memory import refuse_if_too_large
+from ...sah.line_sample import random_lines
 from ...scene import ORTHOGRAPHIC, Camera, Scene
 from ...scene.camera_rays import camera_rays, framing_camera
 from ...settings import setting
@@ -253,33 +254,6 @@ class RandomLinesWorkload(Workload):
         RandomLinesWorkload.refuse_impossible(settings)
         origins, directions = random_lines(scene.lower, scene.upper, settings.count, settings.seed)
         return Rays.from_arrays(origins, directions, class_names=("random line",))
-
-
-def random_lines(
-    lower: np.ndarray, upper: np.ndarray, count: int, seed: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return origins and unit directions, (count, 3) each, of lines through the box.
-
-    The origins lie outside the box's bounding sphere.
-    """
-    rng = np.random.default_rng(seed)
-    size = upper - lower
-    across = np.array([[1, 2], [2, 0], [0, 1]])  # the two axes of the faces that an axis pierces
-    areas = size[across].prod(axis=1)
-    axis = rng.choice(3, size=count, p=areas / areas.sum())
-    # Where the line enters: on one of the two faces, with its inward normal along +-axis.
-    inward = rng.choice([-1.0, 1.0], size=count)
-    entry = lower + rng.random((count, 3)) * size
-    row = np.arange(count)
-    entry[row, axis] = np.where(inward > 0.0, lower[axis], upper[axis])
-    # Cosine-distributed around the normal: uniform on the disc below the hemisphere.
-    squared = rng.random(count)  # of the distance from the disc's centre
-    angle = 2.0 * np.pi * rng.random(count)
-    directions = np.empty((count, 3))
-    directions[row, axis] = inward * np.sqrt(1.0 - squared)
-    directions[row, across[axis, 0]] = np.sqrt(squared) * np.cos(angle)
-    directions[row, across[axis, 1]] = np.sqrt(squared) * np.sin(angle)
-    return entry - 2.0 * np.linalg.norm(size) * directions, directions
 
 
 # ----------------------------------------------------------------------------------------- file

@@ -18,7 +18,6 @@ the share is a ratio of projected areas.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from ...geometry.sphere import Spheres
 from ...kernels import announcing
 from ...progress import SILENT, Progress
 from ...sah.line_sample import Ball, parallel_lines_through, random_lines_through, sample_of
+from ...sah.timing import time_of_object, time_of_volume, verdict
 from ...scene import Scene
 from ...settings import to_json
 from ...structures.bvh import BVH
@@ -36,28 +36,8 @@ from .efficiency_settings import EfficiencySettings
 from .environment import environment
 from .experiment import describe_scene, refuse_not_finite
 from .report import Record, aligned, failure, show_number
-from .timing import time_of_object, time_of_volume
 
 DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-def verdict(B: float, I: float, p: float) -> dict[str, Any]:  # noqa: E741  the lecture's I
-    """Return the lecture's inequality B + p I < I with what follows from it.
-
-    Parameters
-    ----------
-    B, I : float
-        Times per ray of the volume and of the object.
-    p : float
-        Share of the rays that hit the volume.
-    """
-    return {
-        "time_with": B + p * I,
-        "time_without": I,
-        "pays": bool(B + p * I < I),
-        "break_even": 1.0 - B / I,
-        "speed_up": I / (B + p * I),
-    }
 
 
 class Measurement:

@@ -1,4 +1,4 @@
-"""How long a ray's test of a bounding volume and of an object takes, on this machine.
+"""How long a ray's test of a bounding volume and of an object takes, on this machine; does it pay?
 
 A test takes some nanoseconds, so many rays are tested in one kernel, and what making the rays takes
 is subtracted. The shortest of several timings counts: the others have been disturbed.
@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.geometry import intersect
-from ...geometry.rays import RayArrays, make_ray
-from ...geometry.triangles import Triangles
-from ...geometry.volume import MOST_STRIPS
-from ...kernels import call, kernel
-from ...progress import SILENT
-from ...sah.line_sample import enter_lines, use
-from ...structures.bvh.topology.fit import fit_all
+from ..geometry.geometry import intersect
+from ..geometry.rays import RayArrays, make_ray
+from ..geometry.triangles import Triangles
+from ..geometry.volume import MOST_STRIPS
+from ..kernels import call, kernel
+from ..progress import SILENT
+from ..structures.bvh.topology.fit import fit_all
+from .line_sample import enter_lines, use
 
 COPIES = 17
 """Volumes tested per ray in the second of two timings: their difference is that of 16 tests."""
@@ -98,3 +98,22 @@ def time_of_object(triangles: Triangles, rays: RayArrays) -> float:
     count = min(TIMED_RAYS, len(rays.t_max), wanted)
     whole = nanoseconds(count, meet_triangles, triangles, rays, count)
     return max(whole - time_of_ray(rays, triangles.reach), 1e-3)
+
+
+def verdict(B: float, I: float, p: float) -> dict[str, Any]:  # noqa: E741  the lecture's I
+    """Return the lecture's inequality B + p I < I with what follows from it.
+
+    Parameters
+    ----------
+    B, I : float
+        Times per ray of the volume and of the object.
+    p : float
+        Share of the rays that hit the volume.
+    """
+    return {
+        "time_with": B + p * I,
+        "time_without": I,
+        "pays": bool(B + p * I < I),
+        "break_even": 1.0 - B / I,
+        "speed_up": I / (B + p * I),
+    }
