@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import io
 import json
 import shutil
 import subprocess
@@ -20,6 +21,7 @@ from ...lessons.picture import Picture
 from ...printing import in_html
 from ...progress import SILENT, Progress
 from ...settings import key_of, to_text
+from ...writing import write_bytes
 from ..records.report import write_text
 from .lesson_pictures import LessonPainter
 from .page import figure_tags, page_of, rows_table
@@ -103,13 +105,21 @@ def write_pictures(folder: Path, played: Played, progress: Progress = SILENT) ->
 def write_files(
     folder: Path, played: Played, pictures: Sequence[Picture], painter: LessonPainter
 ) -> list[str]:
-    """Write pictures, and images that belong to them, as PNG files; return the pictures' names."""
+    """Write pictures, and images that belong to them, as PNG files; return the pictures' names.
+
+    Of images whose colours mean something, the raw numbers are written beside them, as NPY files.
+    """
     names = []
     for number, picture in enumerate(pictures):
         names.append(f"{played.lesson.name}-{number:02}.png")
         write_png(folder / names[-1], painter.paint(picture))
         for image in picture.images:
-            write_png(folder / f"{played.lesson.name}-{number:02}-{image.name}.png", image.pixels)
+            stem = folder / f"{played.lesson.name}-{number:02}-{image.name}"
+            write_png(stem.with_suffix(".png"), image.pixels)
+            if image.values is not None:
+                raw = io.BytesIO()
+                np.save(raw, image.values)
+                write_bytes(stem.with_suffix(".npy"), raw.getvalue())
     return names
 
 
@@ -135,7 +145,6 @@ def write_lesson_page(path: Path, played: Played, progress: Progress = SILENT) -
             {
                 "value": value,
                 "image": as_data(painter.paint(picture)),
-                "more": [as_data(image.pixels) for image in picture.images],
                 "caption": picture.caption,
                 "rows": [[row.label, row.text, row.meaning] for row in picture.rows],
             }
@@ -153,7 +162,7 @@ def write_lesson_page(path: Path, played: Played, progress: Progress = SILENT) -
         '</label> <output id="value"></output></p>'
         '<div class="row"><figure class="lesson"><img id="picture" alt="">'
         '<figcaption id="caption"></figcaption></figure><table id="rows"></table>'
-        '<div id="more"></div></div>'
+        "</div>"
         f"{words_after(played)}<script>const lesson = {data};{SCRIPT}</script>"
     )
     write_text(path, page_of(played.lesson.label, body))
@@ -201,8 +210,6 @@ function show() {
     const cell = document.createElement("td");
     row.title = meaning; head.textContent = label; cell.textContent = text;
     row.append(head, cell); return row; }));
-  at("more").replaceChildren(...step.more.map(source => {
-    const image = document.createElement("img"); image.src = source; return image; }));
 }
 at("knob").oninput = show; show();
 """
@@ -218,7 +225,6 @@ class Handout:
         self.folder = folder
         self._contents: list[str] = []
         self._sections: list[str] = []
-        self._slide = ""
 
     def add(self, played: Played, progress: Progress = SILENT) -> None:
         """Add a lesson, with the pictures that tell most.
@@ -236,10 +242,10 @@ class Handout:
         figures = [(name, picture.caption) for name, picture in zip(names, pictures, strict=True)]
         rows = [(row.label, row.text) for row in pictures[-1].rows]
         table = rows_table("Figures of the last picture", rows) if rows else ""
-        if lesson.slide != self._slide:
-            self._slide = lesson.slide
-            self._contents.append(f"<li>{in_html(lesson.slide)}</li>")
-        self._contents.append(f'<li><a href="#{lesson.name}">{in_html(lesson.label)}</a></li>')
+        self._contents.append(
+            f'<li><a href="#{lesson.name}">{in_html(lesson.label)}</a> '
+            f"<small>{in_html(lesson.slide)}</small></li>"
+        )
         self._sections.append(
             f'<section class="lesson" id="{lesson.name}"><h2>{in_html(lesson.label)}</h2>'
             f'{words_before(lesson)}<div class="frames two">{figure_tags(figures)}</div>'

@@ -47,7 +47,10 @@ class LessonPainter:
         self.view = View(scene, camera, reduction)
 
     def paint(self, picture: Picture) -> np.ndarray:
-        """Return a picture as an image, (rows, columns, 3) float64 from 0 to 1."""
+        """Return a picture as an image, (rows, columns, 3) float64 from 0 to 1.
+
+        Images that belong to it stand to its right.
+        """
         view, over = self.view, None
         if len(picture.faces):
             opacity = np.minimum(picture.face_colours[:, 3], MOST_OPAQUE)
@@ -58,7 +61,10 @@ class LessonPainter:
             image = view.with_lines(
                 picture.segments, picture.colours, over=over, width=2, hidden=0.5
             )
-        return lettered(image, self._letters(picture))
+        image = lettered(image, self._letters(picture))
+        return np.concatenate(
+            [image, *(as_high_as(image, each.pixels) for each in picture.images)], 1
+        )
 
     def _letters(self, picture: Picture) -> list[Letters]:
         """Return the text of a picture, where it is seen."""
@@ -70,6 +76,15 @@ class LessonPainter:
             for mark, (column, row) in zip(picture.marks, places, strict=True)
             if np.isfinite(column)
         ]
+
+
+def as_high_as(image: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return another image, scaled to the height of an image; its pixels stay squares."""
+    rows = image.shape[0]
+    columns = max(round(rows * other.shape[1] / other.shape[0]), 1)
+    row = (np.arange(rows) * other.shape[0]) // rows
+    column = (np.arange(columns) * other.shape[1]) // columns
+    return other[row[:, None], column]
 
 
 def on_paper(colour: tuple[float, float, float] | None) -> tuple[float, float, float]:

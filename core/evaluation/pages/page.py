@@ -64,11 +64,13 @@ figure { margin: 0; max-width: 29rem; }
 img { width: 29rem; max-width: 100%; border: 1px solid #ddd; display: block; }
 .wide figure { max-width: 36rem; } .wide img { width: 36rem; }
 .frames { display: grid; grid-template-columns: repeat(4, minmax(0, 1fr)); gap: 1.2rem; }
-.frames img { width: 100%; } .two { grid-template-columns: repeat(2, minmax(0, 1fr)); }
+.frames img { width: 100%; } .two { max-width: 72rem;
+  grid-template-columns: repeat(2, minmax(0, 1fr)); } .two figure { max-width: none; }
 .slide { text-transform: none; font-weight: 600; } .begin { color: #222; font-size: 1rem; }
 .lesson p { max-width: 60rem; } figure.lesson, figure.lesson img { width: 40rem;
   max-width: 100%; } input[type=range] { width: 24rem; vertical-align: middle; }
 summary { cursor: pointer; } .contents { columns: 2; padding-left: 1.2rem; font-size: .9rem; }
+small { color: #666; }
 @media print { @page { size: A4; margin: 14mm; } body { margin: 0; padding: 0; font-size: 11pt; }
   .lesson { break-before: page; } figure { break-inside: avoid; }
   details::details-content { content-visibility: visible; display: block; } }

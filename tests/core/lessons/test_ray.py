@@ -1,4 +1,4 @@
-"""What the lesson on a ray claims: events are the log's, figures the counters', waiting the stack."""
+"""The lesson on a ray: its events are the log's, its figures the counters, what waits the stack."""
 
 import dataclasses
 

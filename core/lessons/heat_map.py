@@ -1,0 +1,225 @@
+"""Lesson "heat map": what each pixel of a picture costs, in any counter of the structure.
+
+The colours are those of viridis, whose lightness grows evenly (S. van der Walt, N. Smith, 2015, in
+the public domain). They go from the least value to that which 995 of 1000 pixels do
+not exceed; a few silhouettes would leave no colours for the rest otherwise. The scale below the map
+is a histogram as well: a bar for every 64th of that range, as high as many pixels lie in it; pixels
+whose ray misses the whole scene are in none.
+
+With *Stop at First Hit* rays end at the nearest hit; without they go on through all of the scene,
+as the lines do that the surface area heuristic is derived from.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..contract.counters import (
+    CELLS_SKIPPED,
+    MAILBOX_HITS,
+    N_EETS,
+    N_ETS,
+    N_IT,
+    N_TS,
+    POSTPONED_HITS,
+    VOLUME_TESTS,
+)
+from ..contract.structure import Structure
+from ..geometry.rays import ALL, CLOSEST, Rays
+from ..progress import Progress
+from ..scene import Camera, Scene
+from ..scene.camera_rays import camera_rays, framing_camera
+from ..settings import setting
+from .lesson import Lesson, Play, Subject
+from .picture import Image, Picture, Row
+from .ray import PALETTE
+from .ray_path import Walk, segments_of
+
+VIRIDIS = np.array([
+    (68, 1, 84), (72, 40, 120), (62, 73, 137), (49, 104, 142), (38, 130, 142), (31, 158, 137),
+    (53, 183, 121), (110, 206, 88), (181, 222, 43), (253, 231, 37),
+]) / 255.0  # fmt: skip
+
+ASPECT = 4, 3
+
+BRIGHTEST = 0.995
+"""Share of the pixels that the colours tell apart."""
+
+BARS, STRIP = 64, 0.12
+"""Bars of the histogram, and its height in that of the map."""
+
+CROSS = np.array((1.0, 0.2, 0.3))
+"""Colour of the cross around the chosen pixel."""
+
+COUNTERS = (
+    N_TS, N_IT, N_ETS, N_EETS, VOLUME_TESTS, MAILBOX_HITS, POSTPONED_HITS, CELLS_SKIPPED
+)  # fmt: skip
+"""What can be looked at, where the structure counts it."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The knobs of the lesson."""
+
+    counter: str = setting(
+        "N_TS", "Counter", "What is counted per pixel",
+        choices={counter.name: counter.meaning for counter in COUNTERS},
+    )  # fmt: skip
+    stop: bool = setting(
+        True, "Stop at First Hit", "Rays end at the nearest hit; otherwise they cross the scene"
+    )
+    column: int = setting(120, "Column", "Column of the chosen pixel, from the left", minimum=0)
+    row: int = setting(90, "Row", "Row of the chosen pixel, from the top", minimum=0)
+    width: int = setting(
+        240, "Width", "Pixels in a row; there are three rows for four of them", minimum=16,
+        maximum=1280,
+    )  # fmt: skip
+
+
+def viridis(fractions: np.ndarray) -> np.ndarray:
+    """Return colours, (..., 3) in sRGB, of fractions (...)."""
+    places = np.clip(fractions, 0.0, 1.0) * (len(VIRIDIS) - 1)
+    numbers = np.arange(len(VIRIDIS))
+    return np.stack([np.interp(places, numbers, channel) for channel in VIRIDIS.T], axis=-1)
+
+
+def camera_of(scene: Scene) -> Camera:
+    """Return the scene's own camera, or one that frames the scene."""
+    if scene.camera is not None and scene.camera.has_rays:
+        return scene.camera
+    return framing_camera(scene, ASPECT[0] / ASPECT[1])
+
+
+class HeatMap(Play):
+    """Counters of all pixels, with and without stopping at the first hit."""
+
+    def __init__(self, subject: Subject, settings: Settings, progress: Progress) -> None:
+        self.structure: Structure = subject.structures[0]
+        self.width = settings.width
+        self.height = max(self.width * ASPECT[1] // ASPECT[0], 1)
+        self.rays: Rays = camera_rays(camera_of(subject.scene), self.width, self.height)
+        self.t, self.counts = {}, {}
+        for stop, query in ((True, CLOSEST), (False, ALL)):
+            hits, self.counts[stop] = self.structure.trace(self.rays, query, progress=progress)
+            self.t[stop] = hits.t
+        self.cells = self.structure.cells(progress)
+        self.ends = {"column": self.width - 1, "row": self.height - 1}
+
+    def film(self, lesson: Lesson) -> Sequence[Any]:
+        """Return the counters that the structure has."""
+        return [each.name for each in COUNTERS if each in self.structure.counters]
+
+    def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
+        """Return steps and tests, and the steps of rays that do not stop."""
+        asked = (("N_TS", True), ("N_IT", True), ("N_TS", False), ("N_IT", False))
+        return [dataclasses.replace(settings, counter=name, stop=stop) for name, stop in asked]
+
+    def values(self, settings: Settings) -> np.ndarray | None:
+        """Return the counter of every pixel, (height, width); None if it is not counted."""
+        counts = self.counts[settings.stop]
+        if settings.counter not in [each.name for each in counts.counters]:
+            return None
+        return counts[settings.counter].reshape(self.height, self.width)
+
+    def picture(self, settings: Settings) -> Picture:
+        """Return the map of a counter, and the ray of the chosen pixel in the scene."""
+        pixel = settings.row * self.width + settings.column
+        query = CLOSEST if settings.stop else ALL
+        steps = self.structure.record(self.rays, pixel, query)
+        t_hit = float(self.t[settings.stop][pixel])
+        walk = Walk(self.structure, self.cells, self.rays, pixel, t_hit, steps)
+        segments, colours = segments_of(walk, palette=PALETTE)
+        values = self.values(settings)
+        until = "up to the first hit" if settings.stop else "through the whole scene"
+        (counter,) = (each for each in COUNTERS if each.name == settings.counter)
+        if values is None:
+            caption = f"{self.structure.label} does not count {counter.label}"
+            return Picture(caption, segments, colours)
+        spread = [f"{value:g}" for value in np.quantile(values, (0.0, 0.5, 0.95, 1.0))]
+        rows = [
+            Row(label, text, f"{counter.label}: {meaning}")
+            for label, text, meaning in (
+                ("Least", spread[0], "the darkest pixels"),
+                ("Median", spread[1], "half of the pixels have no more"),
+                ("Mean", f"{values.mean():.2f}", "per ray, as in the record"),
+                ("95%", spread[2], "19 of 20 pixels have no more"),
+                ("Most", spread[3], "the dearest pixel"),
+                ("Chosen Pixel", str(values[settings.row, settings.column]), "that of the cross"),
+            )
+        ]
+        caption = (
+            f"{counter.label} of {self.width} x {self.height} rays {until}: "
+            f"{spread[0]} to {spread[3]}, bright from {brightest_of(values):g} on, "
+            f"{values.mean():.2f} per ray"
+        )
+        image = Image("heat", map_of(values, settings.column, settings.row), values)
+        return Picture(caption, segments, colours, rows=tuple(rows), images=(image,))
+
+
+def brightest_of(values: np.ndarray) -> float:
+    """Return the value that the brightest colour begins with."""
+    return float(np.quantile(values, BRIGHTEST, method="higher"))
+
+
+def map_of(values: np.ndarray, column: int, row: int) -> np.ndarray:
+    """Return a map with a cross at a pixel, and its scale below, (rows, columns, 3)."""
+    height, width = values.shape
+    low, high = float(values.min()), brightest_of(values)
+    fractions = np.minimum((values - low) / ((high - low) or 1.0), 1.0)
+    pixels = viridis(fractions)
+    reach = max(width // 40, 3)
+    for step in range(2, reach + 2):
+        for x, y in ((step, 0), (-step, 0), (0, step), (0, -step)):
+            if 0 <= column + x < width and 0 <= row + y < height:
+                pixels[row + y, column + x] = CROSS
+    strip = scale(fractions[values > 0], width, max(round(STRIP * height), 4))
+    return np.concatenate([pixels, strip])
+
+
+def scale(fractions: np.ndarray, width: int, height: int) -> np.ndarray:
+    """Return the colours in their order, as high as many pixels have them, (height, width, 3).
+
+    Parameters
+    ----------
+    fractions : (n,) float64
+        Of the pixels.
+    """
+    counts, _ = np.histogram(fractions, bins=BARS, range=(0.0, 1.0))
+    places = np.arange(width) / max(width - 1, 1)
+    bar = np.minimum((places * BARS).astype(np.int64), BARS - 1)
+    high = np.ceil(counts / max(counts.max(), 1) * (height - 1)).astype(np.int64)[bar]
+    is_bar = np.arange(height)[::-1, None] < high
+    return np.where(is_bar[..., None], viridis(places)[None], 0.25)
+
+
+def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
+    """Trace the rays of the picture, twice."""
+    return HeatMap(subject, settings, progress)
+
+
+LESSONS = (
+    Lesson(
+        name="heat_map",
+        label="Heat Map",
+        slide="BVH in action",
+        begin="Every pixel of a picture has its price: so many nodes were entered, so many "
+        "triangles tested for it",
+        look_for="Bright are silhouettes, where a ray passes close to much and hits nothing, and "
+        "places where volumes overlap; the background costs next to nothing",
+        question="Why are pixels beside the object often dearer than those on it?",
+        answer="A ray that misses narrowly enters many volumes and finds no hit that would let it "
+        "stop",
+        source="structures.bvh.walks.binary_walk",
+        sample="suzanne:subdivisions=3",
+        structures=("bvh",),
+        Settings=Settings,
+        play=play,
+        film="counter",
+        replays=("width",),
+    ),
+)
