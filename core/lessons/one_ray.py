@@ -30,11 +30,19 @@ Counted = dict[str, np.ndarray]
 """Counters of rays, by name."""
 
 
-def candidates(scene: Scene) -> Rays:
-    """Return rays from the left to the right of a scene, each in a plane across y.
+TURN = 0.3
+"""How far oblique rays begin before and end behind their middle along y, in depths of the box."""
 
-    The first is the slide's. Directions have unit length, so t is the distance. Flat scenes are
-    passed, too, by rays that come from above.
+STEEP = 0.3
+"""How far oblique rays rise or fall at least, in heights of the box."""
+
+
+def candidates(scene: Scene, is_oblique: bool = False) -> Rays:
+    """Return rays from the left to the right of a scene.
+
+    Each lies in a plane across y, and the first is the slide's; or they go from the front to the
+    back as well. Directions have unit length, so t is the distance. Flat scenes are passed, too, by
+    rays that come from above.
     """
     size = scene.upper - scene.lower
     half = np.maximum(0.5 * size, [0.0, 0.0, 0.1 * size.max()])
@@ -43,9 +51,15 @@ def candidates(scene: Scene) -> Rays:
     # From the middle to the front and to the back.
     y = 0.5 + np.array([0.02, -0.06, 0.11, -0.17, 0.24, -0.31])
     y, begin, end = (each.ravel() for each in np.meshgrid(y, share[::-1], share, indexing="ij"))
+    if is_oblique:
+        steep = np.abs(begin - end) > STEEP
+        y, begin, end = y[steep], begin[steep], end[steep]
     left = np.stack([np.full(len(y), -0.25), y, begin], axis=1)
     right = np.stack([np.full(len(y), 1.02), y, end], axis=1)
     left, right = np.concatenate([FROM[None], left]), np.concatenate([TO[None], right])
+    if is_oblique:
+        left[:, 1] -= TURN
+        right[:, 1] += TURN
     origins, ways = lower + left * 2.0 * half, (right - left) * 2.0 * half
     if not size[0] > 0.0:  # a wall across x
         ways[:, 0] = size.max()
@@ -56,6 +70,8 @@ def ray_of(
     subject: Subject,
     structures: Sequence[Structure],
     telling: Callable[[Sequence[Counted], np.ndarray], np.ndarray],
+    *,
+    is_oblique: bool = False,
 ) -> Rays:
     """Return the ray that a lesson is given, or of some through the scene the most telling one.
 
@@ -64,10 +80,12 @@ def ray_of(
     telling : callable
         Gets the counters of the rays in each structure, and whether they hit; returns a figure for
         each ray. Of equals the first is taken.
+    is_oblique : bool
+        Whether it shall cross walls across y, too.
     """
     if subject.rays is not None:
         return subject.rays.select(np.array([subject.ray]))
-    rays = candidates(subject.scene)
+    rays = candidates(subject.scene, is_oblique)
     traced = [structure.trace(rays) for structure in structures]
     counted = [counts.by_name() for _, counts in traced]
     best = int(np.argmax(telling(counted, traced[0][0].primitive >= 0)))

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contract.cells import Cells
+from ..contract.cells import Cells, planes_across
 from ..contract.outlines import by_shape, faces_of
 from ..geometry.box_shape import corners_of
 from ..geometry.instances import lines_of_items
-from ..geometry.polygons import Polygons, sides_of
+from ..geometry.polygons import Polygons, of_equal_size, sides_of
 from ..geometry.triangles import Triangles
 from ..scene import Scene
 from .drawing import GREY, RED, Faces, Lines, coloured, tinted
@@ -160,6 +160,19 @@ def contour(scene: Scene, plane: Plane) -> np.ndarray:
     numbers = np.arange(len(corners))
     offsets = 3 * np.arange(len(corners) + 1)
     return _cut(Polygons(corners.reshape(-1, 3), offsets, numbers), plane)[0]
+
+
+def walls_in(box: np.ndarray, axis: int, positions: np.ndarray, plane: Plane) -> np.ndarray:
+    """Return where a plane cuts walls across an axis in a box (6,), (k, 2, 3)."""
+    count = len(positions)
+    corners = planes_across(np.broadcast_to(box, (count, 6)), axis, positions)
+    return _cut(of_equal_size(corners, np.arange(count)), plane)[0]
+
+
+def sideways(plane: Plane, direction: np.ndarray) -> np.ndarray:
+    """Return the level direction in an upright plane, (3,), in which a ray goes on."""
+    along = np.cross(plane.normal, [0.0, 0.0, 1.0])
+    return along * (-1.0 if (along @ direction or along[0]) < 0.0 else 1.0)
 
 
 def frame_of_plane(scene: Scene, plane: Plane) -> np.ndarray:
