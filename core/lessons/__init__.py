@@ -23,9 +23,9 @@ from .parallel_sah import parallel_exhibits
 from .ploc import ploc_exhibits
 from .rearranging import rearranging_exhibits
 from .refit import Moment, refit_over_timeline
+from .sah_decision import split_planes
 from .sbvh import spatial_splits
 from .split_curve import cost_curve
-from .split_plane import split_planes
 from .volume import volume_efficiency
 
 

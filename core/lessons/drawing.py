@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..contract.cells import planes_across
+from ..geometry.box_shape import box_segments
 from ..geometry.geometry import lines_of
 from ..geometry.marks import stars
 from ..geometry.triangles import Triangles
@@ -124,6 +126,58 @@ def items_in(
     return coloured(segments, (*colour[:3], 0.5 + 0.5 * opacity))
 
 
+def faint(colour: Colour, opacity: float = 0.35) -> Colour:
+    """Return a colour for what is not the subject."""
+    return (*colour[:3], opacity)
+
+
+def extent_of(scene: Scene) -> float:
+    """Return the longest side of the box around a scene, or 1 if it has none."""
+    return float((scene.upper - scene.lower).max()) or 1.0
+
+
+def column(scene: Scene, texts: Sequence[tuple[str, Colour]]) -> list[Mark]:
+    """Return texts in their colours below each other, above the left corner of a scene."""
+    step = 0.08 * extent_of(scene)
+    corner = np.array([scene.lower[0], scene.lower[1], scene.upper[2]])
+    return [
+        Mark(corner + np.array([0.0, 0.0, (len(texts) - place + 0.4) * step]), text, colour[:3])
+        for place, (text, colour) in enumerate(texts)
+    ]
+
+
+def chart_below(scene: Scene, high: float, top: float, height: float = 0.4) -> Chart:
+    """Return a chart below a scene, from 0 to `high` across and to `top` upwards."""
+    size = extent_of(scene)
+    width = max(float(scene.upper[0] - scene.lower[0]), 0.5 * size)
+    corner = scene.lower - (0.1 + height) * size * np.array([0.0, 0.0, 1.0])
+    across, upwards = np.array([width, 0.0, 0.0]), np.array([0.0, 0.0, height * size])
+    return Chart(corner, across, upwards, 0.0, high, top)
+
+
+def quads(corners: np.ndarray, colour: Colour, opacity: float = 0.25) -> Faces:
+    """Return quadrilaterals (n, 4, 3), once around, all in one colour."""
+    return tinted(halves(corners), colour, opacity)
+
+
+def solid(boxes: np.ndarray, colour: Colour, opacity: float = 0.12) -> list[Lines | Faces]:
+    """Return boxes (n, 6): their edges, and their faces translucent."""
+    sides = [
+        planes_across(boxes, axis, boxes[:, side]) for axis in range(3) for side in (axis, 3 + axis)
+    ]
+    return [
+        coloured(box_segments(boxes), colour),
+        quads(np.concatenate(sides), colour, opacity),
+    ]
+
+
+def cut_across(box: np.ndarray, axis: int, position: float) -> list[Lines | Faces]:
+    """Return the plane that divides a box (6,): red, with its diagonals."""
+    cut = planes_across(box[None], axis, np.array([position]))
+    lines = np.concatenate([outlines(cut), cut[0, [[0, 2], [1, 3]]]])
+    return [coloured(lines, RED), quads(cut, RED, 0.2)]
+
+
 def outlines(polygons: np.ndarray) -> np.ndarray:
     """Return the edges of polygons with k corners each, (n, k, 3), as segments (n k, 2, 3)."""
     edges = np.stack([polygons, np.roll(polygons, -1, axis=1)], axis=2)
@@ -212,6 +266,24 @@ class Chart:
         points = self.points(x, np.where(there, y, 0.0))
         pieces = np.stack([points[:-1], points[1:]], axis=1)
         return coloured(pieces[there[:-1] & there[1:]], colour)
+
+    def place(self, x: float, y: float) -> np.ndarray:
+        """Return where one value stands, (3,)."""
+        return self.points(np.array([x]), np.array([y]))[0]
+
+    def blocks(
+        self,
+        left: np.ndarray,
+        right: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
+        colour: Colour,
+        opacity: float = 0.6,
+    ) -> list[Lines | Faces]:
+        """Return rectangles from `left` to `right` and from `low` to `high`, (k,) each."""
+        corners = [(left, low), (right, low), (right, high), (left, high)]
+        quad = np.stack([self.points(x, y) for x, y in corners], axis=1)
+        return [coloured(outlines(quad), colour), quads(quad, colour, opacity)]
 
     def mark(self, x: float, y: float, colour: Colour) -> Lines:
         """Return a star at a point, and the line from the axis up to it."""

@@ -14,11 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
 from ..progress import SILENT, Progress
+from .lesson import FrameSettings, Play
 
 T = TypeVar("T")
 
@@ -76,6 +77,25 @@ class Exhibit:
     count: int
     frame: MakesFrame
     on_page: tuple[int, ...] = ()
+
+
+def exhibit_of_play(
+    name: str,
+    label: str,
+    description: str,
+    count: int,
+    play: Callable[[Progress], Play],
+    knobs_of: Callable[[int], Any] = FrameSettings,
+    on_page: tuple[int, ...] = (),
+) -> Exhibit:
+    """Return a lesson as an exhibit: as many frames as there are knobs."""
+    played = Once(play)
+
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
+        picture = played(progress).picture(knobs_of(number))
+        return Frame(picture.segments, picture.colours, picture.caption)
+
+    return Exhibit(name, label, description, count, frame, on_page)
 
 
 class Once(Generic[T]):

@@ -169,9 +169,10 @@ def tight_costs(
     first, last = triangles.first, triangles.last
     n_left, n_right = planes.N_L, planes.N_R
     area = float(surface_area(box))
-    divided = (n_left > 0) & (n_right > 0)
-    shares = np.where(divided, first[n_left] * n_left + last[n_right] * n_right, np.inf)
-    return C_trav + C_isect * shares / area if area > 0.0 else np.full(len(shares), np.inf)
+    if not area > 0.0:
+        return np.full(len(n_left), np.inf)
+    shares = (first[n_left] * n_left + last[n_right] * n_right) / area
+    return np.where((n_left > 0) & (n_right > 0), C_trav + C_isect * shares, np.inf)
 
 
 def _areas_of_growing(boxes: np.ndarray) -> np.ndarray:

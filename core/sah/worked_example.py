@@ -83,23 +83,33 @@ def is_worked_example(count: int, box: np.ndarray) -> bool:
 
 
 def cases_of(boxes: np.ndarray, box: np.ndarray) -> list[Case]:
-    """Return the six cases for the triangles of the example.
+    """Return the six cases for the triangles of the example, or for others.
+
+    Of others, the planes lie at the same shares of their box, across its longest side, and X across
+    the longer other side of what III leaves on the right.
 
     Parameters
     ----------
-    boxes : (76, 6) float64
+    boxes : (n, 6) float64
         Boxes of the triangles.
     box : (6,) float64
         V.
     """
-    scale = (box[3] - box[0]) / LENGTH
+    count = len(boxes)
+    first, second = PLANES["III"][0], PLANES["X"][0]
+    if not is_worked_example(count, box):
+        size = box[3:] - box[:3]
+        first = int(np.argmax(size))
+        second = max({0, 1, 2} - {first}, key=lambda axis: size[axis])
 
     def plane_of(name: str, inside: np.ndarray, among: np.ndarray) -> SplitPlane:
-        axis, position = PLANES[name]
-        position = box[axis] + scale * position
+        of_example, position = PLANES[name]
+        axis = first if name != "X" else second
+        extent = box[3 + axis] - box[axis]
+        position = box[axis] + position / BOX[3 + of_example] * extent
         return evaluate_plane(sort_along(among, axis), inside, position, T_TRA, T_TRI)
 
-    found = [Case("V", box, (), T_TRI * N, f"{T_TRI:g} × {N}")]
+    found = [Case("V", box, (), T_TRI * count, f"{T_TRI:g} × {count}")]
     for name in ("I", "II", "III"):
         plane = plane_of(name, box, boxes)
         found.append(Case(name, box, (plane,), plane.cost, formula_of(plane)))

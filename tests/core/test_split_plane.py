@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
-from accelscope.core.lessons.split_plane import split_planes
 from accelscope.core.sah.split_plane import (
     evaluate_plane,
     evaluate_planes,
@@ -105,27 +104,3 @@ def test_planes_against_counting_one_by_one(axis):
             for side, each in zip(sides, drawn, strict=True)
         )
         assert tight[i] == pytest.approx(want, rel=1e-12)
-
-
-def test_the_exhibit_shows_the_cases_and_the_curve_stands_beside_the_model(build):
-    scene = make_sample("sah_example")
-    exhibit = split_planes(build("bvh", scene))
-    frames = [exhibit.frame(i) for i in range(exhibit.count)]
-    for name, frame in zip(PRINTED, frames, strict=False):
-        assert f"Cost({name})" in frame.caption
-        assert f"prints {PRINTED[name]:.1f}" in frame.caption
-    assert "67.12" in frames[1].caption
-    for frame in frames:
-        assert np.isfinite(frame.segments).all()
-        assert len(frame.colours) == len(frame.segments) > 0
-    beside = [(f.segments < scene.lower - 1.0) | (f.segments > scene.upper + 1.0) for f in frames]
-    assert all(each.any() for each in beside[6:])
-
-
-def test_the_exhibit_of_any_scene(lab, build, scene_name):
-    structure = build("bvh", lab.small_scene(scene_name), "bins=3")
-    exhibit = split_planes(structure)
-    for number in range(exhibit.count):
-        frame = exhibit.frame(number)
-        assert np.isfinite(frame.segments).all()
-        assert frame.caption
