@@ -14,8 +14,9 @@ import bpy
 from ..core.evaluation.records.environment import set_blender_version
 from ..core.kernels import set_cache_root
 from ..core.scene import Scene
-from . import jobs
+from . import compile_ahead, jobs
 from .from_blender import watching
+from .preferences import ACCELSCOPE_Preferences
 from .results import session
 from .settings import properties
 
@@ -39,11 +40,14 @@ def register() -> None:
             for cls in getattr(module, "CLASSES", ()):
                 bpy.utils.register_class(cls)
                 _registered.append(cls)
+    bpy.utils.register_class(ACCELSCOPE_Preferences)
+    _registered.append(ACCELSCOPE_Preferences)
     properties.register()
     session.register()
     watching.register()
     # What is still registered when Python ends makes Blender 4.5 hang or crash.
     atexit.register(unregister)
+    compile_ahead.start_soon()
     _commands.append(bpy.utils.register_cli_command("accelscope", _run_command))
 
 
@@ -52,6 +56,7 @@ def unregister() -> None:
     atexit.unregister(unregister)
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    compile_ahead.stop()
     jobs.stop()
     watching.unregister()
     session.unregister()

@@ -21,6 +21,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
+import importlib.metadata
 import importlib.util
 import os
 import pickle
@@ -277,11 +278,13 @@ def cache_directory() -> Path:
 
 @functools.cache
 def _fingerprint() -> str:
-    """Return a hash over Python's and Numba's version and the core's sources, lessons left out."""
-    import numba
+    """Return a hash over Python's and Numba's version and the core's sources, lessons left out.
 
-    checked = numba.config.BOUNDSCHECK  # set by the environment: other code comes out
-    digest = hashlib.sha256(f"{sys.version} {numba.__version__} {checked}".encode())
+    Numba is not imported for it.
+    """
+    checked = os.environ.get("NUMBA_BOUNDSCHECK", "")  # other code comes out
+    version = importlib.metadata.version("numba")
+    digest = hashlib.sha256(f"{sys.version} {version} {checked}".encode())
     core = Path(__file__).parent
     for path in sorted(core.rglob("*.py")):
         if path.parent != core / "lessons":

@@ -28,6 +28,7 @@ from . import animate as command_animate
 from . import efficiency as command_efficiency
 from . import evaluate as command_evaluate
 from . import lessons as command_lessons
+from . import prepare as command_prepare
 from .arguments import SPECS, OpenFile, Parser
 from .output import NOTHING, CannotPrint, complain, print_result, reason_told
 
@@ -52,6 +53,7 @@ def make_parser() -> argparse.ArgumentParser:
     command_animate.add_parser(commands)
     command_efficiency.add_parser(commands)
     command_lessons.add_parsers(commands)
+    command_prepare.add_parser(commands)
     return parser
 
 

@@ -1,0 +1,38 @@
+"""Preferences of the add-on: what belongs to this computer, not to a file."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import BoolProperty
+
+from . import compile_ahead
+
+BASE_PACKAGE = __package__.rpartition(".")[0]
+
+
+def _compile_or_stop(preferences: bpy.types.AddonPreferences, context: bpy.types.Context) -> None:
+    if preferences.compile_ahead:  # type: ignore[attr-defined]
+        compile_ahead.start_soon()
+    else:
+        compile_ahead.stop()
+
+
+class ACCELSCOPE_Preferences(bpy.types.AddonPreferences):
+    bl_idname = BASE_PACKAGE
+
+    compile_ahead: BoolProperty(  # type: ignore[valid-type]
+        name="Compile Ahead",
+        description="After installation, compile in a process of low priority what would be "
+        "waited for at its first use",
+        default=True, update=_compile_or_stop,
+    )  # fmt: skip
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the preferences."""
+        self.layout.prop(self, "compile_ahead")
+
+
+def is_compiled_ahead() -> bool:
+    """Say whether kernels are to be compiled ahead; true where the preferences are not known."""
+    addon = bpy.context.preferences.addons.get(BASE_PACKAGE)
+    return addon is None or addon.preferences is None or addon.preferences.compile_ahead
