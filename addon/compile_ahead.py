@@ -25,6 +25,12 @@ def running() -> Preparation | None:
     return _running[0] if _running and _running[0].is_running else None
 
 
+def is_wanted() -> bool:
+    """Say whether the preferences ask for it; true where there are none."""
+    addon = bpy.context.preferences.addons.get(BASE_PACKAGE)
+    return addon is None or addon.preferences is None or addon.preferences.compile_ahead
+
+
 def start_soon() -> None:
     """Start it in a moment, in a Blender with windows; no effect if there is nothing to do."""
     if not bpy.app.background and not bpy.app.timers.is_registered(_start):
@@ -41,9 +47,7 @@ def stop() -> None:
 
 
 def _start() -> None:
-    from .preferences import is_compiled_ahead
-
-    if running() or not is_compiled_ahead() or importlib.util.find_spec("numba") is None:
+    if running() or not is_wanted() or importlib.util.find_spec("numba") is None:
         return
     if is_done():
         return

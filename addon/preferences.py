@@ -30,9 +30,3 @@ class ACCELSCOPE_Preferences(bpy.types.AddonPreferences):
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the preferences."""
         self.layout.prop(self, "compile_ahead")
-
-
-def is_compiled_ahead() -> bool:
-    """Say whether kernels are to be compiled ahead; true where the preferences are not known."""
-    addon = bpy.context.preferences.addons.get(BASE_PACKAGE)
-    return addon is None or addon.preferences is None or addon.preferences.compile_ahead
