@@ -126,10 +126,10 @@ def section_of(cells: Cells, places: np.ndarray, plane: Plane) -> Section:
     places : (m,) int
         Ascending.
     """
-    boxes = cells.boxes[places]
-    reach = 0.5 * (boxes[:, 3:] - boxes[:, :3]) @ np.abs(plane.normal)
-    height = plane.above(0.5 * (boxes[:, :3] + boxes[:, 3:]))
-    cut = places[np.abs(height) <= reach * (1.0 + 1e-12)]
+    boxes, up = cells.boxes[places], plane.normal > 0.0
+    lowest = np.where(up, boxes[:, :3], boxes[:, 3:])
+    highest = np.where(up, boxes[:, 3:], boxes[:, :3])
+    cut = places[(plane.above(lowest) <= 0.0) & (plane.above(highest) > 0.0)]
     left_out = max(len(cut) - MOST_CELLS, 0)
     if left_out:
         sizes = (cells.boxes[cut, 3:] - cells.boxes[cut, :3]).sum(axis=1)
