@@ -25,8 +25,8 @@ from .rearranging import rearranging_exhibits
 from .refit import Moment, refit_over_timeline
 from .sah_decision import split_planes
 from .sbvh import spatial_splits
+from .solid_efficiency import volume_efficiency
 from .split_curve import cost_curve
-from .volume import volume_efficiency
 
 
 @functools.cache

@@ -215,15 +215,25 @@ class Chart:
         self.top = top or 1.0
 
     @classmethod
-    def beside(cls, scene: Scene, low: float, high: float, top: float) -> Chart:
-        """Return a chart to the right of a scene, as wide and as high as that is long."""
+    def beside(
+        cls, scene: Scene, low: float, high: float, top: float, distance: float = 0.3
+    ) -> Chart:
+        """Return a chart to the right of a scene, as wide and nearly as high as that is long.
+
+        Parameters
+        ----------
+        distance : float
+            From the scene's box, in its longest side.
+        """
         size = float((scene.upper - scene.lower).max())
         middle = 0.5 * (scene.lower + scene.upper)
-        corner = np.array([scene.upper[0] + 0.3 * size, middle[1], middle[2] - 0.4 * size])
+        corner = np.array([scene.upper[0] + distance * size, middle[1], middle[2] - 0.4 * size])
         across, upwards = np.array([size, 0.0, 0.0]), np.array([0.0, 0.0, 0.8 * size])
         return cls(corner, across, upwards, low, high, top)
 
-    def points(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def points(
+        self, x: np.ndarray | Sequence[float], y: np.ndarray | Sequence[float]
+    ) -> np.ndarray:
         """Return where values stand, (k, 3)."""
         along, above = (np.asarray(x) - self.low) / self.span, np.asarray(y) / self.top
         return self.origin + along[:, None] * self.across + above[:, None] * self.upwards
@@ -247,11 +257,15 @@ class Chart:
         size = 0.05 * float(np.linalg.norm(self.upwards))
         return coloured(stars(self.points(x, y), np.full(len(x), size)), colour)
 
-    def bars(self, x: np.ndarray, y: np.ndarray, width: float, colour: Colour) -> Faces:
-        """Return bars that begin at x, in its unit as wide as `width`, and are as high as y."""
-        x, y = np.asarray(x), np.asarray(y)
-        zero = np.zeros(len(y))
-        corners = [(x, zero), (x + width, zero), (x + width, y), (x, y)]
+    def bars(
+        self, x: Sequence[float], y: Sequence[float], width: float, colour: Colour,
+        base: float = 0.0,
+    ) -> Faces:  # fmt: skip
+        """Return bars that begin at x, in its unit as wide as `width`, from `base` up to y."""
+        left, top = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+        foot = np.full(len(top), base)
+        right = left + width
+        corners = [(left, foot), (right, foot), (right, top), (left, top)]
         rectangles = np.stack([self.points(*corner) for corner in corners], axis=1)
         return tinted(halves(rectangles), colour, 0.8)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...lessons.volume import VIEWS, volume_efficiency
+from ...lessons.solid_efficiency import VIEWS, volume_efficiency
 from ...scene import Scene
 from ...structures.bvh import BVH
 from ..records.efficiency import COLUMNS

@@ -1,8 +1,12 @@
 """A lesson that is played, over its own sample or another scene."""
 
+import itertools
+
+import numpy as np
 import pytest
 from accelscope.core.lessons import lesson_named
 from accelscope.core.progress import SILENT
+from accelscope.core.scene import Scene
 from accelscope.sample_scenes import make_sample
 
 
@@ -32,3 +36,10 @@ class Played:
 def play_lesson():
     """Return a function that plays a lesson: by name, scene (its sample), and knobs."""
     return lambda name, scene=None, **knobs: Played(name, scene, knobs)
+
+
+@pytest.fixture(scope="session")
+def octahedron():
+    """|x| + |y| + |z| <= 1, of which many figures are known."""
+    signs = itertools.product((-1.0, 1.0), repeat=3)
+    return Scene.from_triangles([np.diag(each) for each in signs], "octahedron")
