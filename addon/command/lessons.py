@@ -17,7 +17,15 @@ from ...core.settings import describe
 from ...core.writing import refuse_unwritable
 from ...sample_scenes import make_sample
 from .arguments import SPECS, OpenFile, add_scene_options, opened, scenes_of, structure_specs
-from .output import complain, note_on, print_result, progress_of, reason_told, say
+from .output import (
+    complain,
+    note_on,
+    print_result,
+    progress_of,
+    reason_told,
+    refuse_to_overwrite,
+    say,
+)
 
 if TYPE_CHECKING:
     from ...core.contract.structure import Structure
@@ -201,11 +209,11 @@ def run_lesson(arguments: argparse.Namespace, open_file: OpenFile | None) -> int
     """Play a lesson, write what was asked for, and print its words and figures."""
     from ...core.evaluation.pages.lesson_page import write_lesson_page, write_pictures
 
-    folder = folder_of(arguments.pictures, "--pictures", f"{arguments.name}-00.png")
+    folder = folder_of(arguments, arguments.pictures, "--pictures", f"{arguments.name}-00.png")
     if arguments.page is not None:
         if not arguments.page:
             raise InputError("--page names no file")
-        refuse_unwritable(Path(arguments.page))
+        refuse_output(arguments, Path(arguments.page))
     lesson = played(arguments, open_file)
     progress = progress_of(arguments)
     if folder is not None:
@@ -236,7 +244,7 @@ def run_film(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     from ...core.evaluation.pages.lesson_page import pictures_along, turns, write_files
     from ...core.evaluation.pages.lesson_pictures import LessonPainter
 
-    folder = folder_of(arguments.out, "--out", f"{arguments.name}-00.png")
+    folder = folder_of(arguments, arguments.out, "--out", f"{arguments.name}-00.png")
     assert folder is not None
     lesson = played(arguments, open_file)
     progress = progress_of(arguments)
@@ -258,7 +266,7 @@ def run_handout(arguments: argparse.Namespace, open_file: OpenFile | None) -> in
     from ...core.kernels import announcing
     from ...core.lessons import lesson_named, lessons
 
-    folder = folder_of(arguments.out, "--out", "index.html")
+    folder = folder_of(arguments, arguments.out, "--out", "index.html")
     assert folder is not None
     chosen = [lesson_named(name) for name in arguments.lesson or lessons()]
     say_if_speechless(arguments)
@@ -284,7 +292,16 @@ def run_handout(arguments: argparse.Namespace, open_file: OpenFile | None) -> in
     return 1 if failed else 0
 
 
-def folder_of(name: str | None, option: str, file: str) -> Path | None:
+def refuse_output(arguments: argparse.Namespace, path: Path) -> None:
+    """Raise InputError for an output that is the scene, or that cannot be written."""
+    inputs = [*getattr(arguments, "scenes", ()), *filter(None, [arguments.open_path])]
+    refuse_to_overwrite(inputs, [path])
+    refuse_unwritable(path)
+
+
+def folder_of(
+    arguments: argparse.Namespace, name: str | None, option: str, file: str
+) -> Path | None:
     """Return the folder that an option names; None if it was not given.
 
     Raises
@@ -296,7 +313,7 @@ def folder_of(name: str | None, option: str, file: str) -> Path | None:
         return None
     if not name:  # as of a variable of a shell that is not set
         raise InputError(f"{option} names no folder; . is the one you are in")
-    refuse_unwritable(Path(name) / file)
+    refuse_output(arguments, Path(name) / file)
     return Path(name)
 
 

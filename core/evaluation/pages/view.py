@@ -85,9 +85,11 @@ class View:
         """Say whether all points (n, 3) lie within the picture."""
         relative = points - self.camera.position
         x, y, z = (relative @ axis for axis in self.axes)
+        if not (z > 0).all():
+            return False
         column, row = self._pixels(x, y, z)
         within = (column >= 0) & (column <= self.width) & (row >= 0) & (row <= self.height)
-        return bool(((z > 0) & within).all())
+        return bool(within.all())
 
     def places(self, points: np.ndarray) -> np.ndarray:
         """Return column and row in the finished picture of points (n, 3); NaN behind the eye."""
