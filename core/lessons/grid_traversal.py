@@ -208,7 +208,7 @@ def play_of(kind: type[Traversal]) -> Any:
 
 SHARED: dict[str, Any] = {
     "source": "structures.grid.dda",
-    "sample": "suzanne:subdivisions=3",
+    "sample": "suzanne:subdivisions=2",
     "structures": ("grid:resolution=8x8x8",),
     "suits": steps_from_cell_to_cell,
 }

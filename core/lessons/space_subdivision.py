@@ -109,7 +109,7 @@ LESSONS = (
         answer="If objects of like size are spread evenly, as in a scan that fills its box: then "
         "equal cells hold equally much, and addressing them costs nothing",
         source="structures.grid.cells",
-        sample="suzanne:subdivisions=3",
+        sample="suzanne:subdivisions=2",
         structures=("grid:resolution=32x32x32,assignment=exact", "octree:max_depth=5"),
         Settings=Settings,
         play=play,
