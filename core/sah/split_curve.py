@@ -15,7 +15,7 @@ from ..geometry.box_shape import surface_area
 from ..kernels import call, kernel
 from ..progress import SILENT, Progress
 from ..structures.bvh.builders.top_down import binned_sah, parallel_split, sweep_sah
-from ..structures.bvh.builders.top_down.recursion import choose, enclose
+from ..structures.bvh.builders.top_down.recursion import choose, divide, enclose
 from ..structures.bvh.topology.tree import Primitives, ranges_of
 
 if TYPE_CHECKING:
@@ -66,6 +66,12 @@ def look_at_candidates(rule, count, depth):
     enclose(rule, 0, count)
     if count > 1:
         choose(rule, 0, count, depth)
+
+
+@kernel
+def look_at_division(rule, count, axis, place, position):
+    """Let a rule divide all its triangles; return how many go left."""
+    return divide(rule, 0, count, axis, place, position)
 
 
 def has_curves(bvh: BVH) -> bool:

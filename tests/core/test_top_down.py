@@ -8,16 +8,13 @@ import numpy as np
 import pytest
 from accelscope.core.contract.workspace import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
-from accelscope.core.geometry.box_shape import box_segments, surface_area
+from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.kernels import call
-from accelscope.core.lessons import exhibits_of
-from accelscope.core.lessons import parallel_sah as exhibits_parallel
-from accelscope.core.lessons.drawing import RED
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.sah.split_curve import RULES, split_curve
 from accelscope.core.scene import Scene
-from accelscope.core.structures.bvh import BVH, BVHSettings
+from accelscope.core.structures.bvh import BVHSettings
 from accelscope.core.structures.bvh.builders import BUILDERS
 from accelscope.core.structures.bvh.builders.top_down import object_median, parallel_sah, sweep_sah
 from accelscope.core.structures.bvh.builders.top_down.parallel_split import (
@@ -488,106 +485,3 @@ def test_builders_can_be_stopped_and_say_how_far_they_are(builder):
     assert (full.seen[0], full.seen[-1]) == (0, len(scene))
     with pytest.raises(Cancelled):
         BUILDERS[builder].build(primitives, settings, Stop(1))
-
-
-# ------------------------------------------------------------------------------------ exhibits
-
-
-def exhibit_of(structure, name):
-    return next(each for each in exhibits_of(structure) if each.name == name)
-
-
-@pytest.mark.parametrize("builder", RULES)
-def test_cost_curves_can_be_seen(lab, build, builder):
-    tree = build("bvh", lab.small_scene("suzanne"), f"builder={builder}", log=True)
-    exhibit, log = exhibit_of(tree, "cost_curve"), tree.build_log
-    for number, depth in ((0, 0), (exhibit.count - 1, 3)):
-        frame = exhibit.frame(number)
-        node = int(frame.caption.split(":")[0].removeprefix("Node "))
-        assert tree.depths()[node] == depth
-        # What is marked is what the builder noted, and the cheapest of the candidates.
-        event = log.split_of(node)
-        (axis, position), (n_left, n_right) = (
-            (log.axis[event], log.position[event]),
-            log.counts[event],
-        )
-        assert f"{'xyz'[axis]} = {position:.5g}: N_L = {n_left}, N_R = {n_right}" in frame.caption
-        assert f"Cost = {log.cost[event]:.2f}" in frame.caption
-        curve = split_curve(tree, node)
-        assert (curve.axis[curve.best], curve.position[curve.best]) == (axis, position)
-        assert (curve.N_L[curve.best], curve.N_R[curve.best]) == (n_left, n_right)
-        assert curve.cost[curve.best] == log.cost[event]
-        # The plane stands in the model, the charts beside it.
-        red = frame.segments[(frame.colours == RED).all(axis=1)]
-        assert ((red[..., axis] == position).all(axis=1)).sum() >= 6
-        beside = frame.segments[..., 0].min(axis=1) > tree.scene.upper[0]
-        assert 6 < beside.sum() < len(frame.segments)
-
-
-def test_queues_can_be_seen(lab, build):
-    tree = build("bvh", lab.small_scene("suzanne"), "builder=parallel_sah", log=True)
-    exhibit = exhibit_of(tree, "split_queues")
-    lengths, splits = (tree.figures[f"queue_{name}"] for name in ("lengths", "splits"))
-    assert exhibit.count == 2 * len(lengths)
-    for depth, (m, n_split) in enumerate(zip(lengths, splits, strict=True)):
-        split, compacted = (exhibit.frame(2 * depth + i).caption for i in range(2))
-        assert f"{m} in the input queue, {2 * n_split} of {2 * m} places" in split
-        assert f"{100 * n_split / m:.0f}% occupied" in split
-        assert f"{2 * m} places become {2 * n_split}" in compacted
-    # One line from each node that was split to each child: of the first level, and its box.
-    assert len(exhibit.frame(0).segments) == 12 + 2 + 8 + 2 * 8
-
-
-def test_reduction_can_be_seen(lab, build):
-    tree = build("bvh", lab.small_scene("suzanne"), "builder=parallel_sah,bins=10", log=True)
-    exhibit, curve = exhibit_of(tree, "min_reduction"), split_curve(tree, 0)
-    assert exhibit.count == 6
-    left = [int(exhibit.frame(i).caption.split(": ")[1].split()[0]) for i in range(6)]
-    assert left == [30, 15, 8, 4, 2, 1]
-    axis, position = curve.axis[curve.best], curve.position[curve.best]
-    assert exhibit.frame(5).caption.endswith(f"{'xyz'[axis]} = {position:.5g}")
-    # The last one is the plane that the builder noted, and it is the one that wins.
-    event = tree.build_log.split_of(0)
-    assert (tree.build_log.axis[event], tree.build_log.position[event]) == (axis, position)
-    for number in range(6):
-        frame = exhibit.frame(number)
-        red = frame.segments[(frame.colours == RED).all(axis=1)]
-        assert len(red) == (4 if number == 5 else 0)
-        assert (red[..., axis] == position).all()
-
-
-def test_a_root_that_is_a_leaf_has_no_plane_that_was_taken(build):
-    scene = Scene.from_triangles(np.random.default_rng(1).random((4, 3, 3)), "few")
-    tree = build("bvh", scene, "builder=parallel_sah,max_leaf_size=4,C_trav=50", log=True)
-    assert len(tree.arrays.size) == 1
-    for name in ("cost_curve", "min_reduction"):
-        exhibit = exhibit_of(tree, name)
-        frame = exhibit.frame(exhibit.count - 1)
-        assert not (frame.colours == RED).all(axis=1).any()
-        assert "leaf" in frame.caption
-
-
-def test_the_queues_shown_are_those_of_the_builder(lab):
-    scene = lab.small_scene("suzanne")
-    settings = dataclasses.replace(BVHSettings(), builder="parallel_sah")
-    _, levels = levels_over(scene, settings)
-    tree = BVH.build(scene, settings, log=True)
-    begin, end = ranges_of(tree.arrays.first, tree.arrays.size, tree.width())
-    shown = exhibits_parallel.queues_of(tree.build_log)
-    assert len(shown) == len(levels)
-    for queues, level in zip(shown, levels, strict=True):
-        for nodes, rows in zip(queues, level, strict=True):
-            there = rows[:, parallel_sah.NODE] != parallel_sah.EMPTY
-            assert np.array_equal(nodes != exhibits_parallel.EMPTY, there)
-            assert np.array_equal(begin[nodes[there]], rows[there, parallel_sah.FIRST])
-            assert np.array_equal((end - begin)[nodes[there]], rows[there, parallel_sah.COUNT])
-    first = exhibits_parallel.split_queues(tree, tree.build_log).frame(4)
-    boxes = tree.arrays.volumes.boxes()[shown[2].input]
-    assert np.array_equal(first.segments[: 12 * len(boxes)], box_segments(boxes))
-
-
-def test_other_trees_have_no_such_exhibits(lab, build):
-    scene = lab.small_scene("soup")
-    for text in ("builder=object_median", "builder=parallel_sah,arity=4"):
-        names = {each.name for each in exhibits_of(build("bvh", scene, text, log=True))}
-        assert not names & {"cost_curve", "split_queues", "min_reduction"}
