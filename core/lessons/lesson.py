@@ -150,6 +150,11 @@ def any_structure(structure: Structure) -> str:
     return ""
 
 
+def only_its_own(structure: Structure) -> str:
+    """Accept no other structure: for lessons that compare some of given settings."""
+    return "the lesson compares structures with settings of its own"
+
+
 @dataclass(frozen=True)
 class Lesson:
     """One lesson.

@@ -22,7 +22,7 @@ from ..geometry.instances import lines_of_items
 from ..progress import Progress
 from ..settings import setting
 from .drawing import BLUE, GREEN, GREY, ORANGE, RED, Faces, Lines, coloured, counted, picture_of
-from .lesson import Lesson, Play, Subject
+from .lesson import Lesson, Play, Subject, only_its_own
 from .one_ray import Counted, Walked, ray_of
 from .picture import Mark, Picture, Row
 from .section import (
@@ -169,6 +169,7 @@ LESSONS = (
             "octree:max_depth=4,max_leaf_size=1,padding=0,assignment=box,mailbox=true",
             "grid:resolution=16x16x16,padding=0,mailbox=true",
         ),
+        suits=only_its_own,
         Settings=Settings,
         play=play,
         film="cells",

@@ -29,6 +29,9 @@ AWAY = 0.73
 """How far to the back a section stands for each step to the right: as seen from the front right,
 where pictures are made, all are equally far away."""
 
+ROW_GAP = 1.6
+"""Distance of two rows of sections, in heights of the scene."""
+
 FEW_ITEMS = 100
 """Items up to which whole outlines stand for the object, as on slides; else its contour."""
 
@@ -209,7 +212,7 @@ def place_beside(scene: Scene, number: int, columns: int = 8) -> np.ndarray:
     row, column = divmod(number, columns)
     wide, high = max(size[0], 0.3 * size.max()), max(size[2], 0.3 * size.max())
     right = (column + 1) * GAP * wide
-    return np.array([right, AWAY * right, -row * (GAP + 0.12) * high])
+    return np.array([right, AWAY * right, -row * ROW_GAP * high])
 
 
 def title_place(scene: Scene, plane: Plane, shift: np.ndarray) -> np.ndarray:

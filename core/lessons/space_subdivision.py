@@ -17,7 +17,7 @@ from ..progress import Progress
 from ..settings import setting
 from .drawing import GREY, ORANGE, Faces, Lines, counted, picture_of
 from .figures import Costs, lines_through
-from .lesson import Lesson, Play, Subject
+from .lesson import Lesson, Play, Subject, only_its_own
 from .picture import Mark, Picture, Row
 from .section import (
     FAINT,
@@ -111,6 +111,7 @@ LESSONS = (
         source="structures.grid.cells",
         sample="suzanne:subdivisions=2",
         structures=("grid:resolution=32x32x32,assignment=exact", "octree:max_depth=5"),
+        suits=only_its_own,
         Settings=Settings,
         play=play,
         film="position",

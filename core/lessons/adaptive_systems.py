@@ -1,0 +1,142 @@
+"""Lesson "adaptive systems": octree, kd-trees and BSP tree of one object, level by level.
+
+As on the slide "Adaptive subdivision systems": an octree divides in the middle; a kd-tree cuts in
+the middle across x, y, z in turn, or where it thinks best; planes of a general BSP tree have any
+orientation. Beside the model stands what a plane across y sees of each; red are the cuts of the
+level, cells with objects are orange once they are leaves.
+
+A level of the octree is three of the others, as it cuts across three axes at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..contract.structure import Structure
+from ..progress import Progress
+from ..settings import setting
+from .drawing import GREY, ORANGE, RED, Faces, Lines, counted, picture_of
+from .figures import Costs, lines_through
+from .lesson import Lesson, Play, Subject, only_its_own
+from .picture import Mark, Picture, Row
+from .section import (
+    FAINT,
+    Plane,
+    contour,
+    model_with,
+    outline_beside,
+    place_beside,
+    section_of,
+    title_place,
+)
+
+SYSTEMS = {
+    "Octree": "octree:max_leaf_size=16",
+    "kd-Tree, Cyclic": "kdtree:planes=cyclic,max_leaf_size=16",
+    "kd-Tree, Longest Side": "kdtree:planes=longest,max_leaf_size=16",
+    "kd-Tree, Object Median": "kdtree:planes=object_median,max_leaf_size=16",
+    "kd-Tree, SAH": "kdtree:planes=sah,max_leaf_size=16",
+    "BSP Tree": "bsp:planes=fixed,max_leaf_size=16",
+}
+"""What is shown, in the order of the slide; the same M for all."""
+
+COLUMNS = 3
+"""Systems in a row."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The knobs of the lesson."""
+
+    level: int = setting(
+        9, "Level", "Levels of binary cuts; the octree has one for three of them", minimum=0
+    )
+    position: float = setting(
+        0.5, "Plane", "Where the plane cuts, from the front (0) to the back (1)",
+        minimum=0.0, maximum=1.0,
+    )  # fmt: skip
+
+
+class AdaptiveSystems(Play):
+    """Trees beside each other, up to one level."""
+
+    def __init__(self, structures: Sequence[Structure], progress: Progress) -> None:
+        self.structures, self.scene = structures, structures[0].scene
+        lines = lines_through(self.scene)
+        self.cells, self.costs, self.sah, self.binary = [], [], [], []
+        for number, structure in enumerate(structures):
+            progress.report(number, len(structures), f"Looking at {structure.name}")
+            cells = structure.cells(progress).own()
+            self.cells.append(cells)
+            self.costs.append(Costs.of(structure, lines, progress))
+            self.sah.append(structure.statistics(progress).sah)
+            _, children = np.unique(cells.parents[1:], return_counts=True)
+            self.binary.append(3 if len(children) and children.max() > 2 else 1)
+        deepest = [
+            int(cells.depth.max()) * steps
+            for cells, steps in zip(self.cells, self.binary, strict=True)
+        ]
+        self.ends = {"level": max(*deepest, 1)}
+
+    def picture(self, settings: Settings) -> Picture:
+        """Return all trees up to a level, as a plane sees them."""
+        plane = Plane.across(self.scene, settings.position)
+        outlines = contour(self.scene, plane)
+        parts: list[Lines | Faces] = list(model_with(self.scene, plane))
+        marks, rows, told = [], [], []
+        for number, (name, cells) in enumerate(zip(SYSTEMS, self.cells, strict=True)):
+            shift = place_beside(self.scene, number, COLUMNS)
+            depth = settings.level // self.binary[number]
+            shown = (cells.depth == depth) | (cells.is_leaf & (cells.depth < depth))
+            section = section_of(cells, np.flatnonzero(shown), plane).moved(shift)
+            colours = np.tile((*GREY[:3], FAINT), (len(cells), 1))
+            newest = (cells.depth == depth) & (depth > 0)
+            colours[newest] = *RED[:3], 0.8
+            fills = np.tile((*ORANGE[:3], 0.3), (len(cells), 1))
+            full = np.flatnonzero(shown & cells.is_leaf & (cells.count > 0))
+            parts += [section.of(full).faces(fills), section.lines(colours)]
+            parts.append(outline_beside(outlines, shift))
+            marks.append(Mark(title_place(self.scene, plane, shift), name))
+            costs = self.costs[number]
+            rows.append(
+                Row(
+                    name,
+                    f"{counted(costs.cells, 'leaf', 'leaves')}, SAH {self.sah[number]:.1f}, "
+                    f"N_TS {costs.steps:.1f}, N_IT {costs.tests:.1f}",
+                    "Leaves and SAH cost of the whole tree; steps and tests of random lines",
+                )
+            )
+            told.append(f"{name} {int(shown.sum())}")
+        caption = f"Level {settings.level} of binary cuts; cells so far: {', '.join(told)}"
+        return picture_of(parts, caption, marks=marks, rows=rows)
+
+
+def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
+    """Look at all trees, and trace lines."""
+    return AdaptiveSystems(subject.structures, progress)
+
+
+LESSONS = (
+    Lesson(
+        name="adaptive_systems",
+        label="Octree, kd-Tree, BSP Tree",
+        slide="Adaptive subdivision systems",
+        begin="Adaptive subdivisions differ in which planes may cut a cell, and who chooses them",
+        look_for="Cuts in the middle do not ask where the object is; the SAH cuts off empty space "
+        "first and in large pieces, and oblique planes follow the surface",
+        question="The object median puts half of the objects on either side. Why is that a poor "
+        "rule for a ray tracer?",
+        answer="It balances the tree, as a search by key needs it. A ray visits a cell in "
+        "proportion to its surface, so large empty cells and small full ones are better",
+        source="structures.subdivision.tree",
+        sample="suzanne:subdivisions=2",
+        structures=tuple(SYSTEMS.values()),
+        suits=only_its_own,
+        Settings=Settings,
+        play=play,
+        film="level",
+    ),
+)
