@@ -22,6 +22,9 @@ FEW_SEGMENTS = 2000
 MOST_OPAQUE = 0.95
 """Opacity of faces at most: light gets through all of them."""
 
+ROOM = 28
+"""Pixels around what is to be seen: half a line of text, and some paper."""
+
 AROUND = 1.08
 """What is framed, in sizes of what is to be seen: text stands beside it."""
 
@@ -45,6 +48,15 @@ class LessonPainter:
         if own_camera(scene) is None or not View(scene, camera, 16.0).sees(points):
             camera = camera_around(camera, centre + AROUND * (points - centre))
         self.view = View(scene, camera, reduction)
+        self.crop = self._crop(points)
+
+    def _crop(self, points: np.ndarray) -> tuple[slice, slice]:
+        """Return rows and columns of the picture around some points, with room for text."""
+        places = self.view.places(points)
+        low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
+        first = np.maximum(np.floor(low - ROOM), 0).astype(int)
+        last = np.ceil(high + ROOM).astype(int)
+        return slice(int(first[1]), int(last[1])), slice(int(first[0]), int(last[0]))
 
     def paint(self, picture: Picture) -> np.ndarray:
         """Return a picture as an image, (rows, columns, 3) float64 from 0 to 1.
@@ -61,7 +73,7 @@ class LessonPainter:
             image = view.with_lines(
                 picture.segments, picture.colours, over=over, width=2, hidden=0.5
             )
-        image = lettered(image, self._letters(picture))
+        image = lettered(image, self._letters(picture))[self.crop]
         return np.concatenate(
             [image, *(as_high_as(image, each.pixels) for each in picture.images)], 1
         )
