@@ -134,7 +134,7 @@ def outside_of(volumes: Any, number: int, points: np.ndarray) -> np.ndarray:
     return ((points @ planes[:, :3].T - planes[:, 3]) / lengths).max(axis=1)
 
 
-def beside_each_other(scene: Scene, columns: int, gap: float = 1.45) -> Sequence[np.ndarray]:
+def beside_each_other(scene: Scene, columns: int, gap: float = 1.65) -> Sequence[np.ndarray]:
     """Return where copies of a scene stand, the first where it is, others to its right and below.
 
     Parameters

@@ -107,6 +107,13 @@ def some_of(numbers: np.ndarray, most: int) -> np.ndarray:
     return numbers[np.linspace(0, len(numbers) - 1, most).astype(np.int64)]
 
 
+def shifted(part: Lines | Faces, by: np.ndarray) -> Lines | Faces:
+    """Return a part elsewhere."""
+    if isinstance(part, Lines):
+        return Lines(part.segments + by, part.colours)
+    return Faces(part.triangles + by, part.colours)
+
+
 def items_in(
     scene: Scene, primitives: np.ndarray, colour: Colour, opacity: float = 0.25, most: int = 1500
 ) -> Lines | Faces:

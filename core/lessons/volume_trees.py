@@ -1,0 +1,51 @@
+"""Lesson "volume_trees": trees of spheres, AABBs, OBBs and k-DOPs side by side, level by level.
+
+The slide "Bounding volume hierarchies". The tree is the same in all copies and so are the colours
+of its nodes; only the volumes around them differ. Each is fitted to all that is below its node.
+"""
+
+from __future__ import annotations
+
+from ..progress import Progress
+from ..structures.bvh.hierarchy import BVH
+from .kdop import Settings, VolumesByLevel
+from .lesson import Lesson, Play, Subject
+from .levels import has_nodes
+
+KINDS = {
+    "aabb": "AABB tree", "smallest_sphere": "Sphere tree", "obb": "OBB tree",
+    "kdop18": "18-DOP tree",
+}  # fmt: skip
+
+LEVELS = 6
+
+
+def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
+    """Fit the volumes of the upper levels."""
+    bvh = subject.structures[0]
+    assert isinstance(bvh, BVH)
+    return VolumesByLevel(bvh, KINDS, LEVELS, progress)
+
+
+LESSONS = (
+    Lesson(
+        name="volume_trees",
+        label="Trees of Spheres, Boxes and k-DOPs",
+        slide="Bounding volume hierarchies",
+        begin="Each kind of volume makes a hierarchy: the tree may be the same in all of them",
+        look_for="Spheres overlap most and stick out of the object; oriented boxes and k-DOPs "
+        "follow it already on the upper levels",
+        question="The object is turned by 30 degrees. Which of the trees can be turned with it, "
+        "and which have to be fitted anew?",
+        answer="Spheres and oriented boxes turn with it: move the centre, or centre and axes. An "
+        "AABB or k-DOP has fixed directions, so it has to be found again from the vertices, or "
+        "grows if only its corners are turned",
+        source="structures.bvh.topology.fit",
+        sample="suzanne:subdivisions=1",
+        structures=("bvh",),
+        suits=has_nodes,
+        Settings=Settings,
+        play=play,
+        film="level",
+    ),
+)
