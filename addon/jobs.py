@@ -50,10 +50,13 @@ class Job(Progress):
         What the work returned, once it is finished.
     error : Exception or None
         What it raised instead.
+    by : str
+        Name of the class of the operator that started it.
     """
 
-    def __init__(self, work: Work, text: str) -> None:
+    def __init__(self, work: Work, text: str, by: str = "") -> None:
         self.text = text
+        self.by = by
         self.factor = 0.0
         self.result: Any = None
         self.error: BaseException | None = None
@@ -158,6 +161,9 @@ class Errands:
 
 _current: Job | None = None
 _refusal = ""
+_refused = ""
+"""Name of the operator that was refused."""
+
 _abandoned: list[Job] = []
 
 
@@ -166,9 +172,15 @@ def running() -> Job | None:
     return _current
 
 
-def refusal() -> str:
-    """Return why the last job came to nothing, in one line; nothing if it did not."""
-    return _refusal
+def refusal(*by: str) -> str:
+    """Return why the last job came to nothing, in one line; nothing if it did not.
+
+    Parameters
+    ----------
+    *by : str
+        Names of operators' classes: nothing, either, if none of them was refused.
+    """
+    return _refusal if not by or _refused in by else ""
 
 
 def forget_refusal() -> None:
@@ -287,7 +299,7 @@ class JobOperator:
         self._timer: Any = None
         forget_refusal()
         try:
-            self._job = job = Job(self.prepare(context), self.job_text)
+            self._job = job = Job(self.prepare(context), self.job_text, type(self).__name__)
             if self.head_start > 0.0:
                 job.wait(self.head_start)
                 if job.is_finished:
@@ -358,11 +370,11 @@ class JobOperator:
         return {"FINISHED"}
 
     def _fail(self, error: BaseException) -> set[str]:
-        global _refusal
+        global _refusal, _refused
         self._clean_up()
         reason = self.why(error)
         # The report vanishes at the next move of the mouse.
-        _refusal = f"{self.refused_text}: {reason}"
+        _refusal, _refused = f"{self.refused_text}: {reason}", type(self).__name__
         is_defect = not isinstance(error, REFUSALS)
         self.report({"ERROR"}, f"{self.job_text} failed, {reason}" if is_defect else reason)
         return {"CANCELLED"}

@@ -17,7 +17,7 @@ from ..core.scene import Scene
 from . import compile_ahead, jobs
 from .from_blender import watching
 from .preferences import ACCELSCOPE_Preferences
-from .results import session
+from .results import film, lesson_view, session
 from .settings import properties
 
 BASE_PACKAGE = __package__.rpartition(".")[0]
@@ -44,6 +44,8 @@ def register() -> None:
     _registered.append(ACCELSCOPE_Preferences)
     properties.register()
     session.register()
+    lesson_view.register()
+    film.register()
     watching.register()
     # What is still registered when Python ends makes Blender 4.5 hang or crash.
     atexit.register(unregister)
@@ -59,6 +61,8 @@ def unregister() -> None:
     compile_ahead.stop()
     jobs.stop()
     watching.unregister()
+    film.unregister()
+    lesson_view.unregister()
     session.unregister()
     properties.unregister()
     while _registered:

@@ -94,7 +94,7 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
             return {"CANCELLED"}
         text = f"{sample.label}: {scene.counted}"
         others = sample_objects.hide_others(context) if self.only else []
-        sample_objects.add_scene(context, scene, sample.label, items)
+        sample_objects.add_scene(context.scene, scene, sample.label, items, context.view_layer)
         if others:
             text += f"; hidden, back with Alt H: {', '.join(others[:MOST_NAMED])}"
             text += f" and {len(others) - MOST_NAMED} more" * (len(others) > MOST_NAMED)

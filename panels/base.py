@@ -79,6 +79,21 @@ def draw_figure(layout: bpy.types.UILayout, label: str, text: str) -> None:
     column.label(text=text)
 
 
+def draw_explained(layout: bpy.types.UILayout, label: str, text: str, meaning: str) -> None:
+    """Draw a figure behind its label, whose tooltip says what it means."""
+    share = len(label) / (len(label) + len(text))
+    split = layout.split(factor=min(max(share, 0.35), 0.65))
+    if meaning:
+        row = split.row()
+        row.alignment = "LEFT"
+        row.operator("accelscope.explain_figure", text=label, emboss=False).meaning = meaning
+    else:
+        split.label(text=label)
+    column = split.row()
+    column.alignment = "RIGHT"
+    column.label(text=text)
+
+
 def draw_wrapped(layout: bpy.types.UILayout, text: str, icon: str, width: int) -> None:
     """Draw a text over as many lines as it needs; `width` is that of the region in pixels."""
     # About the width of a character in the interface's font.

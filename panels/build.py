@@ -20,7 +20,7 @@ MOST_LETTERS = 160
 
 class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
     bl_label = "Build"
-    bl_order = 0
+    bl_order = 1
 
     def draw_loaded(
         self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any

@@ -30,7 +30,7 @@ def what_is_not_there(drawable: Drawable) -> str:
 
 class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
     bl_label = "Display"
-    bl_order = 1
+    bl_order = 2
 
     def draw_header(self, context: bpy.types.Context) -> None:
         if properties.is_loaded():

@@ -15,7 +15,7 @@ from .base import SidebarPanel, draw_job, draw_range, draw_wrapped
 
 class VIEW3D_PT_accelscope_exhibits(SidebarPanel, bpy.types.Panel):
     bl_label = "Exhibits"
-    bl_order = 2
+    bl_order = 3
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw_header(self, context: bpy.types.Context) -> None:

@@ -32,7 +32,7 @@ ICONS = {
 
 class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
     bl_label = "Rays"
-    bl_order = 4
+    bl_order = 5
 
     def draw_loaded(
         self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any

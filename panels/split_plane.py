@@ -14,7 +14,7 @@ from .base import SidebarPanel, draw_figure, draw_job
 
 class VIEW3D_PT_accelscope_split_plane(SidebarPanel, bpy.types.Panel):
     bl_label = "Split Plane"
-    bl_order = 3
+    bl_order = 4
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw_header(self, context: bpy.types.Context) -> None:

@@ -132,6 +132,7 @@ class _Overlay:
         self.tools: _Tools | None = None
         self.drawn: _Drawn | None = None
         self.cells_hidden = False
+        self.without_cells = 0
         self.layers: dict[str, _Layer] = {}
 
 
@@ -173,6 +174,12 @@ def set_cells(drawable: Drawable | None) -> None:
 def hide_cells(hidden: bool) -> None:
     """Leave out the cells from the next draw on, whatever the display settings say."""
     _overlay.cells_hidden = hidden
+    tag_redraw()
+
+
+def hide_cells_in(owner: int) -> None:
+    """Leave out the cells in one of Blender's scenes, by its session id; 0 is none of them."""
+    _overlay.without_cells = owner
     tag_redraw()
 
 
@@ -233,7 +240,8 @@ def _draw_callback() -> None:
         properties = getattr(context.scene, "accelscope", None)
         if properties is None or not context.space_data.overlay.show_overlays:
             return
-        draw(properties.display, context.preferences.system.pixel_size)
+        has_cells = context.scene.session_uid != _overlay.without_cells
+        draw(properties.display, context.preferences.system.pixel_size, has_cells)
     except Exception as error:  # whatever it is, Blender would go on calling
         # A failing callback would print its traceback again at every redraw of every viewport.
         # Its removal waits for disable(): Blender is walking through the list of callbacks.
@@ -242,7 +250,7 @@ def _draw_callback() -> None:
         print_lines("AccelScope: the overlay is off until there is something new to show", None)
 
 
-def draw(display: Any, pixel_size: float = 1.0) -> None:
+def draw(display: Any, pixel_size: float = 1.0, has_cells: bool = True) -> None:
     """Draw cells and layers with the current matrices into the current frame buffer.
 
     Parameters
@@ -253,10 +261,13 @@ def draw(display: Any, pixel_size: float = 1.0) -> None:
         "order").
     pixel_size : float
         Pixels per unit of line width: 2 on a screen of high resolution.
+    has_cells : bool
+        Whether cells are drawn, and the ray that goes through them.
     """
-    drawn = None if _overlay.cells_hidden or not display.show else _overlay.drawn
+    has_cells &= display.show
+    drawn = _overlay.drawn if has_cells and not _overlay.cells_hidden else None
     layers = [layer for layer in LAYER_WIDTH if layer in _overlay.layers]
-    if not display.show and RAY in layers:
+    if not has_cells and RAY in layers:
         layers.remove(RAY)
     if drawn is None and not layers:
         return
@@ -400,7 +411,4 @@ def _draw_layer(tools: _Tools, layer: _Layer, width: float, hidden: float) -> No
     shader = tools.paths_shader
     shader.bind()
     overlay_shader.set_view(shader, width)
-    for depth_test, opacity in (("GREATER", hidden), ("LESS_EQUAL", 1.0)):
-        gpu.state.depth_test_set(depth_test)
-        shader.uniform_float("opacity", opacity)
-        layer.batch.draw(shader)
+    overlay_shader.draw_twice(shader, layer.batch, hidden)

@@ -147,11 +147,38 @@ void main()
 }
 """
 
+# On a bright background, bright colours are as dark as `brightest` says.
+_LIMIT = """
+vec3 limited(vec3 rgb)
+{
+  float luminance = dot(rgb, vec3(0.2126, 0.7152, 0.0722));
+  return rgb * min(1.0, brightest / max(luminance, 1e-3));
+}
+"""
+
 _PATHS_VERTEX = """
 void main()
 {
   gl_Position = place(start, end, corner, distance_across);
-  line_colour = vec4(colour.rgb, colour.a * opacity);
+  line_colour = vec4(limited(colour.rgb), colour.a * opacity);
+}
+"""
+
+_PANES_VERTEX = """
+void main()
+{
+  gl_Position = ModelViewProjectionMatrix * vec4(point, 1.0);
+  gl_Position.z -= (perspective != 0.0) ? 2e-4 * (gl_Position.w - gl_Position.z) :
+                                          4e-6 * gl_Position.w;
+  face_colour = vec4(limited(colour.rgb), colour.a * opacity);
+}
+"""
+
+_IMAGE_VERTEX = """
+void main()
+{
+  gl_Position = ModelViewProjectionMatrix * vec4(point, 0.0, 1.0);
+  place_in_image = place;
 }
 """
 
@@ -179,6 +206,13 @@ _FACES_FRAGMENT = """
 void main()
 {
   fragment = vec4(as_target(face_colour.rgb), face_colour.a);
+}
+"""
+
+_IMAGE_FRAGMENT = """
+void main()
+{
+  fragment = vec4(as_target(texture(image, place_in_image).rgb), 1.0);
 }
 """
 
@@ -254,8 +288,37 @@ def faces_shader() -> gpu.types.GPUShader:
 
 def paths_shader() -> gpu.types.GPUShader:
     """Compile the shader that draws coloured segments from a vertex buffer."""
-    info, interface = _line_shader_info(_PATHS_VERTEX)
+    info, interface = _line_shader_info(_LIMIT + _PATHS_VERTEX)
     info.vertex_in(3, "VEC4", "colour")
+    info.push_constant("FLOAT", "brightest")
+    shader = gpu.shader.create_from_info(info)
+    del interface
+    return shader
+
+
+def panes_shader() -> gpu.types.GPUShader:
+    """Compile the shader that draws coloured triangles from a vertex buffer."""
+    interface = gpu.types.GPUStageInterfaceInfo("accelscope_pane")
+    interface.flat("VEC4", "face_colour")
+    info = _shader_info(_LIMIT + _PANES_VERTEX, _FACES_FRAGMENT)
+    info.vertex_in(0, "VEC3", "point")
+    info.vertex_in(1, "VEC4", "colour")
+    info.vertex_out(interface)
+    info.push_constant("FLOAT", "brightest")
+    shader = gpu.shader.create_from_info(info)
+    del interface
+    return shader
+
+
+def image_shader() -> gpu.types.GPUShader:
+    """Compile the shader that draws an image onto the screen."""
+    interface = gpu.types.GPUStageInterfaceInfo("accelscope_image")
+    interface.smooth("VEC2", "place_in_image")
+    info = _shader_info(_IMAGE_VERTEX, _IMAGE_FRAGMENT)
+    info.vertex_in(0, "VEC2", "point")
+    info.vertex_in(1, "VEC2", "place")
+    info.vertex_out(interface)
+    info.sampler(0, "FLOAT_2D", "image")
     shader = gpu.shader.create_from_info(info)
     del interface
     return shader
@@ -275,3 +338,27 @@ def set_view(shader: gpu.types.GPUShader, line_width: float | None = None) -> No
     if line_width is not None:
         shader.uniform_float("viewport", gpu.state.viewport_get()[2:])
         shader.uniform_float("width", max(line_width, 1.0))
+
+
+def draw_twice(
+    shader: gpu.types.GPUShader,
+    batch: gpu.types.GPUBatch,
+    hidden: float,
+    brightest: float = 1.0,
+) -> None:
+    """Draw lines or faces, faint where they lie behind something.
+
+    The shader is bound and knows its view.
+
+    Parameters
+    ----------
+    hidden : float
+        Opacity of what lies behind something.
+    brightest : float
+        Luminance that colours have at most.
+    """
+    shader.uniform_float("brightest", brightest)
+    for depth_test, opacity in (("GREATER", hidden), ("LESS_EQUAL", 1.0)):
+        gpu.state.depth_test_set(depth_test)
+        shader.uniform_float("opacity", opacity)
+        batch.draw(shader)

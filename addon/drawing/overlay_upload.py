@@ -25,6 +25,13 @@ def texture(texels: np.ndarray) -> gpu.types.GPUTexture:
     return gpu.types.GPUTexture((width, rows), format="RGBA32F", data=data)
 
 
+def image_texture(pixels: np.ndarray) -> gpu.types.GPUTexture:
+    """Upload an image (height, width, 3) whose first row is the upper one."""
+    texels = np.ones((*pixels.shape[:2], 4), dtype=np.float32)
+    texels[..., :3] = pixels[::-1]
+    return texture(np.ascontiguousarray(texels))
+
+
 def ramp_texture() -> gpu.types.GPUTexture:
     """Upload the colour ramp, in one row."""
     texels = np.ones((RAMP_SIZE, 4), dtype=np.float32)
@@ -71,6 +78,20 @@ def line_batch(
         attributes["colour"] = np.repeat(colours, 4, axis=0)
     triangles = np.arange(count)[:, None, None] * 4 + _TRIANGLES
     return _batch(4 * count, attributes, triangles.reshape(-1, 3))
+
+
+def pane_batch(triangles: np.ndarray, colours: np.ndarray) -> gpu.types.GPUBatch:
+    """Upload triangles (m, 3, 3), each in a colour of its own, (m, 4)."""
+    count = len(triangles)
+    attributes = {"point": triangles.reshape(-1, 3), "colour": np.repeat(colours, 3, axis=0)}
+    return _batch(3 * count, attributes, np.arange(3 * count).reshape(-1, 3))
+
+
+def image_batch(left: float, bottom: float, right: float, top: float) -> gpu.types.GPUBatch:
+    """Upload a rectangle on the screen, and which corner of an image belongs to which of its."""
+    corners = np.array([(left, bottom), (left, top), (right, bottom), (right, top)])
+    places = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
+    return _batch(4, {"point": corners, "place": places}, _TRIANGLES)
 
 
 def _batch(

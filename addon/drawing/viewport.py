@@ -11,11 +11,16 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
+from .labels import Room
+
 if TYPE_CHECKING:  # importing it for real would import Numba at registration
     from ...core.evaluation.pages.picture_cameras import Slopes
 
 SENSOR = 36.0
 """Tangent between the middle and the border of a viewport's larger side, times its lens."""
+
+FRONT_RIGHT_ABOVE = (0.55, -0.75, 0.42)
+"""Where the eye stands in the pictures of pages, seen from the middle of the scene."""
 
 
 def look_at(area: bpy.types.Area, points: np.ndarray) -> None:
@@ -60,7 +65,22 @@ def slopes_of(area: bpy.types.Area, lens: float) -> Slopes:
     """
     from ...core.evaluation.pages.picture_cameras import MARGIN
 
-    (window,) = (region for region in area.regions if region.type == "WINDOW")
+    window, room = window_of(area), room_in(area)
+    # In units of half a pixel.
+    unit = MARGIN * SENSOR / lens / max(window.width, window.height)
+    left, right = unit * (window.width - 2 * room.left), unit * (2 * room.right - window.width)
+    down, up = unit * (window.height - 2 * room.bottom), unit * (2 * room.top - window.height)
+    return (left, right), (down, up)
+
+
+def window_of(area: bpy.types.Area) -> bpy.types.Region:
+    """Return the region of a viewport that the scene is drawn in."""
+    return next(region for region in area.regions if region.type == "WINDOW")
+
+
+def room_in(area: bpy.types.Area) -> Room:
+    """Return what headers, toolbar and sidebar leave of that region, in its pixels."""
+    window = window_of(area)
     covered = dict.fromkeys(("LEFT", "RIGHT", "BOTTOM", "TOP"), 0)
     for region in area.regions:
         # A region that is hidden has one pixel; one that stands beside the window covers nothing.
@@ -72,12 +92,20 @@ def slopes_of(area: bpy.types.Area, lens: float) -> Slopes:
                 "TOP": window.y + window.height - region.y,
             }[region.alignment]
             covered[region.alignment] = max(covered[region.alignment], reach)
-    # In units of half a pixel.
-    unit = MARGIN * SENSOR / lens / max(window.width, window.height)
-    left, right, down, up = (
-        unit * (size - 2 * covered[side])
-        for size, side in zip(
-            (window.width, window.width, window.height, window.height), covered, strict=True
-        )
-    )
-    return (left, right), (down, up)
+    return Room(
+        covered["LEFT"], covered["BOTTOM"],
+        window.width - covered["RIGHT"], window.height - covered["TOP"],
+    )  # fmt: skip
+
+
+def largest(window: bpy.types.Window) -> bpy.types.Area | None:
+    """Return the largest viewport of a window; None if it has none."""
+    areas = [area for area in window.screen.areas if area.type == "VIEW_3D"]
+    return max(areas, key=lambda area: area.width * area.height, default=None)
+
+
+def turn_to_front(area: bpy.types.Area) -> None:
+    """Look from the front right and above, as pictures on pages do."""
+    view = area.spaces.active.region_3d
+    view.view_perspective = "PERSP"
+    view.view_rotation = Vector(FRONT_RIGHT_ABOVE).to_track_quat("Z", "Y")

@@ -23,7 +23,7 @@ from ...core.scene.placing import KEEP
 from .. import handlers, jobs
 from ..drawing import overlay
 from ..drawing.drawable import Drawable
-from ..from_blender import watching
+from ..from_blender import extraction, watching
 from ..from_blender.snapshot import Look, Snapshot, Taken
 from ..from_blender.view import View
 from ..settings import choices, generated
@@ -35,7 +35,9 @@ from .wording import refusal_in_panel
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ...core.contract.cells import Cells
     from ...core.contract.steps import Steps
+    from ...core.contract.structure import Structure
     from ...core.evaluation.records.experiment import Built, Traced
+    from ...core.lessons.lesson import Lesson
     from ...core.lessons.ray_path import Walk
 
 
@@ -119,6 +121,25 @@ class Session:
         """Keep an eye on what is looked at by work under way, too; it may come to nothing."""
         own = [self.snapshot.look] if self.snapshot else []
         watching.watched[:] = [*own, *looks]
+
+    def given_for(self, lesson: Lesson, context: bpy.types.Context) -> list[Structure]:
+        """Return what was built, if a lesson on the user's mesh can be about that; or nothing.
+
+        It can if it is still the mesh's, was built with a log, and is what the lesson wants first.
+        What is selected alone is another mesh than all that is visible.
+        """
+        if self.built is None or self.snapshot is None or not lesson.structures:
+            return []
+        look, structure = self.snapshot.look, self.built.structure
+        if structure.build_log is None or lesson.suits(structure):
+            return []
+        visible = list(extraction.objects_in_scope(context.view_layer, extraction.VISIBLE))
+        is_part = 0 < sum(obj.select_get() for obj in visible) < len(visible)
+        if look.owner != context.scene.session_uid or is_part != (look.scope != extraction.VISIBLE):
+            return []
+        depsgraph = context.evaluated_depsgraph_get()
+        look.compare(depsgraph)
+        return [] if look.change_in(context.view_layer) else [structure]
 
     def set_built(self, outcome: Outcome) -> None:
         """Replace everything by a new structure, and draw it."""

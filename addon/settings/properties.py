@@ -8,6 +8,8 @@ with them Numba: half a second that every start of Blender would wait for otherw
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -24,10 +26,10 @@ from bpy.props import (
 from ...core.scene.placing import PlacingSettings
 from ..drawing import overlay
 from ..from_blender import extraction
-from ..results import session
+from ..results import lesson_view, session
 from ..results.split_plane import SplitPlaneSettings
 from . import solids
-from .generated import enum_of, group_type, properties_of
+from .generated import condition_of, enum_of, group_type, properties_of, property_of
 from .ranges import range_properties
 
 COLOURINGS = {
@@ -211,6 +213,74 @@ def _split_plane_properties() -> dict[str, Any]:
     return {"show": show, **properties_of(SplitPlaneSettings, update=_show_plane)}
 
 
+def _follow_knobs(group: Any, context: bpy.types.Context) -> None:
+    lesson_view.current.follow(group.id_data)
+
+
+def _teach_chosen(group: Any, context: bpy.types.Context) -> None:
+    """Go on with another lesson if one is taught; otherwise it is chosen, and nothing happens."""
+    scene, view = group.id_data, lesson_view.current
+    group.show_answer = False
+    if view.is_in(scene) and lesson_view.chosen(scene) != view.lesson:
+        lesson_view.ask("teach", scene, subject="MESH" if view.is_own else "SAMPLE")
+
+
+def _hide_cells(group: Any, context: bpy.types.Context) -> None:
+    if lesson_view.current.is_in(group.id_data):
+        lesson_view.current.hide_cells(group.id_data)
+
+
+def _teaching_properties(lessons: Mapping[str, Any]) -> dict[str, Any]:
+    """Return which lesson is chosen, and how it is taught."""
+    choices = {name: (lesson.label, lesson.begin) for name, lesson in lessons.items()}
+    return {
+        "lesson": enum_of(
+            choices, name="Lesson", description="What is taught, in the order of the lecture",
+            default=next(iter(choices)), update=_teach_chosen,
+        ),
+        "show_answer": BoolProperty(
+            name="Answer", description="Show the answer to the question to the class",
+            default=False,
+        ),
+        "large_text": BoolProperty(
+            name="Large Text",
+            description="For a projector: larger text in the viewport, and with it the title, the "
+            "figures and the caption",
+            default=False, update=_redraw,
+        ),
+        "hide_cells": BoolProperty(
+            name="Hide Cells", description="Leave out the cells of what was built meanwhile",
+            default=True, update=_hide_cells,
+        ),
+    }  # fmt: skip
+
+
+def _knobs_of(lesson: Any) -> dict[str, Any]:
+    """Return the knobs of a lesson; whole numbers without a maximum end where the play ends."""
+    knobs: dict[str, Any] = {}
+    for each in dataclasses.fields(lesson.Settings):
+        default: Any = each.default
+        meta = each.metadata
+        is_whole = isinstance(default, int) and not isinstance(default, bool)
+        if is_whole and meta["maximum"] is None:
+            knobs |= range_properties(
+                each.name,
+                functools.partial(_last_of_knob, lesson.name, each.name),
+                label=meta["label"],
+                default=default,
+                description=meta["description"],
+                update=_follow_knobs,
+            )
+        else:
+            condition = condition_of(each, lesson.Settings)
+            knobs[each.name] = property_of(each, condition, update=_follow_knobs)
+    return knobs
+
+
+def _last_of_knob(lesson: str, knob: str, group: Any) -> int | None:
+    return lesson_view.end_of(lesson, knob)
+
+
 def is_loaded() -> bool:
     """Say whether ``scene.accelscope`` exists already; panels must not make it."""
     return bool(_loaded)
@@ -224,6 +294,7 @@ def load() -> None:
     if _loaded:
         return
     from ...core.evaluation.rays.workloads import workloads
+    from ...core.lessons import lessons
     from ...core.structures import structures
 
     def make(name: str, properties: Mapping[str, Any]) -> type:
@@ -243,7 +314,13 @@ def load() -> None:
         choices = {name: (entry.label, entry.summary) for name, entry in entries.items()}
         return enum_of(choices, default=default, **options)
 
+    knobs = {
+        name: PointerProperty(type=make(f"lesson_{name}", _knobs_of(lesson)))
+        for name, lesson in lessons().items()
+    }
     root = {
+        "teaching": PointerProperty(type=make("teaching", _teaching_properties(lessons()))),
+        "lessons": PointerProperty(type=make("lessons", knobs)),
         "scope": enum_of(
             extraction.SCOPES,
             name="Scope", description="Which objects are built over", default=extraction.VISIBLE,

@@ -16,9 +16,13 @@ from ..from_blender.standing import carry
 
 
 def add_scene(
-    context: bpy.types.Context, scene: Scene, label: str, items: Sequence[Item] | None = None
+    owner: bpy.types.Scene,
+    scene: Scene,
+    label: str,
+    items: Sequence[Item] | None = None,
+    view_layer: bpy.types.ViewLayer | None = None,
 ) -> bpy.types.Collection:
-    """Add a scene's objects, in a collection of their own, and select them.
+    """Add a scene's objects to one of Blender's, in a collection of their own, and select them.
 
     Solids become meshes of triangles, to be seen; they carry the items that are built over.
 
@@ -28,14 +32,17 @@ def add_scene(
         Name of the collection.
     items : sequence of Item, optional
         Descriptions of the scene's items, if it has solids.
+    view_layer : bpy.types.ViewLayer, optional
+        Where they are selected; by default the first of `owner`.
     """
     # Imports Numba, which Blender's start does not wait for.
     from ...core.geometry.solids.tessellation import tessellated
 
     collection = bpy.data.collections.new(label)
-    context.scene.collection.children.link(collection)
-    for obj in context.selected_objects:
-        obj.select_set(False)
+    owner.collection.children.link(collection)
+    layer = view_layer or owner.view_layers[0]
+    for obj in layer.objects.selected:
+        obj.select_set(False, view_layer=layer)
     if isinstance(scene.geometry, Mixed):
         triangles, owners = tessellated(scene.geometry)
         object_ids = scene.object_ids[owners]
@@ -48,10 +55,10 @@ def add_scene(
             carry(mesh, [items[place] for place in own.tolist()])
         obj = bpy.data.objects.new(name, mesh)
         collection.objects.link(obj)
-        obj.select_set(True)
-        context.view_layer.objects.active = obj
+        obj.select_set(True, view_layer=layer)
+        layer.objects.active = obj
     if scene.camera:
-        context.scene.camera = _add_camera(collection, scene.camera, scene.diagonal, label)
+        owner.camera = _add_camera(collection, scene.camera, scene.diagonal, label)
     for position in (light.position for light in scene.lights if light.kind == POINT):
         light = bpy.data.objects.new(f"{label} Light", bpy.data.lights.new(label, "POINT"))
         # Watts that light a surface at the scene's distance about as the default lamp does.

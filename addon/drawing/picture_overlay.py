@@ -1,0 +1,388 @@
+"""The picture of a lesson over its scene: lines and faces in space, texts and images on the screen.
+
+It is drawn into the viewports of one scene alone. Nothing here holds a reference to Blender's data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import blf
+import bpy
+import gpu
+import numpy as np
+from gpu_extras.batch import batch_for_shader
+
+from ...core.printing import print_lines, print_traceback
+from . import labels, overlay_shader, overlay_upload
+from .labels import Room
+from .overlay import FEW_LINES, HIDDEN_OPACITY, HIDDEN_OPACITY_OF_FEW, tag_redraw
+from .viewport import room_in
+
+if TYPE_CHECKING:  # only the types: their modules bring Numba in
+    from ...core.lessons.picture import Picture
+
+LINE_WIDTH = 1.8
+"""Width of lines, in pixels on a screen of ordinary resolution."""
+
+HIDDEN_FACES = 0.4
+"""Opacity of those parts of faces that lie behind something."""
+
+BRIGHT, DARK_ENOUGH = 0.4, 0.42
+"""Luminance from which on a background is bright, and that lines on it have at most."""
+
+DARK_TEXT, BRIGHT_TEXT = 0.3, 0.55
+"""Luminance that coloured text has at most on a bright background, and at least on a dark one."""
+
+LARGE = 1.7
+"""How much larger large text is."""
+
+BACKDROP = 0.72
+"""Opacity of what is behind a text."""
+
+IMAGE_SHARE = 0.3
+"""Width of an image, as a share of the viewport's."""
+
+Colour = tuple[float, float, float]
+
+
+class _Tools(NamedTuple):
+    """What the graphics card holds whatever there is to draw."""
+
+    lines: gpu.types.GPUShader
+    panes: gpu.types.GPUShader
+    image: gpu.types.GPUShader
+
+
+class _Drawn:
+    """A picture, and what of it is on the graphics card."""
+
+    def __init__(self, picture: Picture, heading: str) -> None:
+        self.picture, self.heading = picture, heading
+        self.positions = np.array([np.asarray(mark.position, float) for mark in picture.marks])
+
+    @cached_property
+    def lines(self) -> gpu.types.GPUBatch:
+        """The lines."""
+        segments = self.picture.segments
+        return overlay_upload.line_batch(segments[:, 0], segments[:, 1], self.picture.colours)
+
+    @cached_property
+    def panes(self) -> gpu.types.GPUBatch:
+        """The faces."""
+        return overlay_upload.pane_batch(self.picture.faces, self.picture.face_colours)
+
+    @cached_property
+    def images(self) -> list[gpu.types.GPUTexture]:
+        """The images."""
+        return [overlay_upload.image_texture(image.pixels) for image in self.picture.images]
+
+
+class _State:
+    """The one picture of this Blender."""
+
+    def __init__(self) -> None:
+        self.handlers: list[Any] = []
+        self.tools: _Tools | None = None
+        self.drawn: _Drawn | None = None
+        self.owner = 0
+        self.failed = False
+
+
+_state = _State()
+
+
+# ------------------------------------------------------------------------------ what to show
+
+
+def show(picture: Picture, owner: int, heading: str = "") -> None:
+    """Show a picture from the next draw on.
+
+    Parameters
+    ----------
+    owner : int
+        Session id of the Blender scene over which it is drawn.
+    heading : str
+        What stands above it where text is large.
+    """
+    _state.failed = False
+    _state.drawn, _state.owner = _Drawn(picture, heading), owner
+    if not _state.handlers:
+        add = bpy.types.SpaceView3D.draw_handler_add
+        for callback, when in ((_draw_in_space, "POST_VIEW"), (_draw_on_screen, "POST_PIXEL")):
+            _state.handlers.append(add(callback, (), "WINDOW", when))
+    tag_redraw()
+
+
+def hide() -> None:
+    """Show none, and let go of everything."""
+    while _state.handlers:
+        bpy.types.SpaceView3D.draw_handler_remove(_state.handlers.pop(), "WINDOW")
+    _state.drawn = _state.tools = None
+    tag_redraw()
+
+
+# ---------------------------------------------------------------------------------- drawing
+
+
+def _draw_in_space() -> None:
+    _guarded(_lines_and_faces)
+
+
+def _draw_on_screen() -> None:
+    _guarded(_texts_and_images)
+
+
+def _guarded(draw: Any) -> None:
+    """Draw where the picture belongs; report the first failure and then stop."""
+    context, drawn = bpy.context, _state.drawn
+    if drawn is None or _state.failed or context.scene.session_uid != _state.owner:
+        return
+    if not context.space_data.overlay.show_overlays:
+        return
+    try:
+        draw(context, drawn)
+    except Exception as error:  # whatever it is, Blender would go on calling
+        _state.failed = True
+        print_traceback(error)
+        print_lines("AccelScope: the lesson is not drawn until there is something new", None)
+
+
+def _lines_and_faces(context: bpy.types.Context, drawn: _Drawn) -> None:
+    is_bright = luminance(background(context)) > BRIGHT
+    draw_lines_and_faces(drawn, context.preferences.system.pixel_size, is_bright)
+
+
+def _texts_and_images(context: bpy.types.Context, drawn: _Drawn) -> None:
+    system, region = context.preferences.system, context.region
+    points = context.preferences.ui_styles[0].widget.points
+    is_large = context.scene.accelscope.teaching.large_text
+    draw_texts_and_images(
+        drawn,
+        np.array(context.region_data.perspective_matrix),
+        (region.width, region.height),
+        room_in(context.area),
+        points * system.ui_scale,
+        background(context),
+        is_large,
+    )
+
+
+def background(context: bpy.types.Context) -> Colour:
+    """Return what the viewport has behind everything, in sRGB."""
+    shading = context.space_data.shading
+    if shading.type in ("SOLID", "WIREFRAME"):
+        if shading.background_type == "VIEWPORT":
+            return from_linear(shading.background_color)
+        if shading.background_type == "WORLD" and context.scene.world is not None:
+            return from_linear(context.scene.world.color)
+    gradients = context.preferences.themes[0].view_3d.space.gradients
+    high, low = tuple(gradients.high_gradient), tuple(gradients.gradient)
+    if gradients.background_type == "SINGLE_COLOR":
+        low = high
+    red, green, blue = (0.5 * (one + other) for one, other in zip(high, low, strict=True))
+    return red, green, blue
+
+
+def from_linear(colour: Sequence[float]) -> Colour:
+    """Return a linear colour in sRGB."""
+    red, green, blue = (
+        12.92 * value if value < 0.0031308 else 1.055 * min(value, 1.0) ** (1 / 2.4) - 0.055
+        for value in colour
+    )
+    return red, green, blue
+
+
+def luminance(colour: Colour) -> float:
+    """Return how bright a colour is, from 0 to 1, as the shaders measure it."""
+    red, green, blue = colour
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def draw_lines_and_faces(drawn: _Drawn, pixel_size: float, is_bright: bool) -> None:
+    """Draw what is in space with the current matrices into the current frame buffer."""
+    if _state.tools is None:
+        _state.tools = _Tools(
+            overlay_shader.paths_shader(), overlay_shader.panes_shader(),
+            overlay_shader.image_shader(),
+        )  # fmt: skip
+    picture, brightest = drawn.picture, DARK_ENOUGH if is_bright else 1.0
+    before = gpu.state.blend_get(), gpu.state.depth_test_get(), gpu.state.depth_mask_get()
+    gpu.state.blend_set("ALPHA")
+    gpu.state.depth_mask_set(False)
+    try:
+        if len(picture.faces):
+            shader = _state.tools.panes
+            shader.bind()
+            overlay_shader.set_view(shader)
+            overlay_shader.draw_twice(shader, drawn.panes, HIDDEN_FACES, brightest)
+        if len(picture.segments):
+            few = len(picture.segments) <= FEW_LINES
+            shader = _state.tools.lines
+            shader.bind()
+            overlay_shader.set_view(shader, LINE_WIDTH * pixel_size)
+            hidden = HIDDEN_OPACITY_OF_FEW if few else HIDDEN_OPACITY
+            overlay_shader.draw_twice(shader, drawn.lines, hidden, brightest)
+    finally:
+        gpu.state.blend_set(before[0])
+        gpu.state.depth_test_set(before[1])
+        gpu.state.depth_mask_set(before[2])
+        gpu.shader.from_builtin("UNIFORM_COLOR").bind()  # see overlay.draw
+
+
+def draw_texts_and_images(
+    drawn: _Drawn, matrix: np.ndarray, size: tuple[int, int], room: Room, points: float,
+    behind: Colour, is_large: bool,
+) -> None:  # fmt: skip
+    """Draw what stands on the screen, in pixels from the lower left of a region.
+
+    Parameters
+    ----------
+    matrix : (4, 4) float64
+        From the world to clip space.
+    size : (width, height)
+        Of the region.
+    room : Room
+        What of it is not covered.
+    points : float
+        Size of the interface's text, in pixels.
+    behind : (3,) of float
+        What the viewport has behind everything.
+    is_large : bool
+        For a projector: heading, figures and caption stand in the viewport, too.
+    """
+    text_size = points * (LARGE if is_large else 1.0)
+    edge = 0.8 * text_size
+    inner = Room(room.left + edge, room.bottom + edge, room.right - edge, room.top - edge)
+    screen = _Screen(text_size, behind)
+    taken = []
+    if drawn.picture.images:
+        taken.append(_draw_image(screen, drawn, inner))
+    if is_large:
+        taken += _draw_words(screen, drawn, inner, taken)
+    marks = drawn.picture.marks
+    if marks:
+        seen = labels.project(drawn.positions, matrix, *size)
+        sizes = np.array([screen.size_of(mark.text) for mark in marks])
+        found = labels.place(seen, sizes, inner, 0.5 * text_size, taken)
+        for mark, place in zip(marks, found, strict=True):
+            if place is not None:
+                screen.add(mark.text, place.left, place.bottom, mark.colour)
+    screen.draw()
+
+
+class _Screen:
+    """Texts of one size with backdrops, gathered and then drawn at once."""
+
+    def __init__(self, text_size: float, behind: Colour) -> None:
+        self.text_size, self.behind = text_size, behind
+        self.is_bright = luminance(behind) > BRIGHT
+        self._texts: list[tuple[str, float, float, Colour]] = []
+        self._rectangles: list[Room] = []
+        blf.size(0, text_size)
+
+    @property
+    def line(self) -> float:
+        """From one line to the next."""
+        return 1.45 * self.text_size
+
+    def size_of(self, text: str) -> tuple[float, float]:
+        """Return width and height of a text, whatever letters it has."""
+        return blf.dimensions(0, text)[0], self.text_size
+
+    def add(self, text: str, left: float, bottom: float, colour: Colour | None = None) -> Room:
+        """Add a text; return what it takes."""
+        width, height = self.size_of(text)
+        margin = 0.3 * self.text_size
+        place = Room(left - margin, bottom - margin, left + width + margin, bottom + height)
+        self._rectangles.append(place)
+        self._texts.append((text, left, bottom, self._legible(colour)))
+        return place
+
+    def _legible(self, colour: Colour | None) -> Colour:
+        """Return a colour that stands out from the background."""
+        if colour is None:
+            return (0.05, 0.05, 0.05) if self.is_bright else (0.95, 0.95, 0.95)
+        found, (red, green, blue) = luminance(colour), colour
+        if self.is_bright:
+            share = min(1.0, DARK_TEXT / max(found, 1e-3))
+            return share * red, share * green, share * blue
+        share = max(0.0, (BRIGHT_TEXT - found) / (1.0 - found + 1e-3))
+        return red + share * (1 - red), green + share * (1 - green), blue + share * (1 - blue)
+
+    def draw(self) -> None:
+        """Draw all of it."""
+        if not self._texts:
+            return
+        corners: list[tuple[float, float]] = []
+        triangles: list[tuple[int, int, int]] = []
+        for room in self._rectangles:
+            first = len(corners)
+            corners += [(room.left, room.bottom), (room.right, room.bottom),
+                        (room.right, room.top), (room.left, room.top)]  # fmt: skip
+            triangles += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
+        shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+        batch = batch_for_shader(shader, "TRIS", {"pos": corners}, indices=triangles)
+        before = gpu.state.blend_get()
+        gpu.state.blend_set("ALPHA")
+        shader.bind()
+        shader.uniform_float("color", (*self.behind, BACKDROP))
+        batch.draw(shader)
+        blf.size(0, self.text_size)
+        for text, left, bottom, colour in self._texts:
+            blf.position(0, left, bottom, 0.0)
+            blf.color(0, *colour, 1.0)
+            blf.draw(0, text)
+        gpu.state.blend_set(before)
+
+
+def _draw_image(screen: _Screen, drawn: _Drawn, room: Room) -> Room:
+    """Draw the images one above the other in the lower right corner; return what they take."""
+    assert _state.tools is not None
+    width = IMAGE_SHARE * (room.right - room.left)
+    left, bottom = room.right - width, room.bottom
+    for image, texture in zip(drawn.picture.images, drawn.images, strict=True):
+        height = width * image.pixels.shape[0] / image.pixels.shape[1]
+        if bottom + height > room.top:
+            break
+        shader = _state.tools.image
+        shader.bind()
+        shader.uniform_sampler("image", texture)
+        overlay_upload.image_batch(left, bottom, room.right, bottom + height).draw(shader)
+        name = image.name.replace("_", " ").capitalize()
+        label = screen.add(name, left + 0.3 * screen.text_size, bottom + height + 4.0)
+        bottom = label.top + screen.text_size
+    return Room(left, room.bottom, room.right, bottom)
+
+
+def _draw_words(screen: _Screen, drawn: _Drawn, room: Room, taken: list[Room]) -> list[Room]:
+    """Draw heading and figures at the upper left, the caption below; return what they take."""
+    found, top = [], room.top - screen.text_size
+    if drawn.heading:
+        found.append(screen.add(drawn.heading, room.left, top))
+        top -= 1.3 * screen.line
+    rows = drawn.picture.rows
+    across = max((screen.size_of(row.label)[0] for row in rows), default=0.0) + screen.text_size
+    for row in rows:
+        found.append(screen.add(row.label, room.left, top))
+        found.append(screen.add(row.text, room.left + across, top))
+        top -= screen.line
+    right = min([room.right, *(each.left - screen.text_size for each in taken)])
+    lines = _broken(screen, drawn.picture.caption, right - room.left)
+    for number, text in enumerate(reversed(lines)):
+        found.append(screen.add(text, room.left, room.bottom + number * screen.line))
+    return found
+
+
+def _broken(screen: _Screen, text: str, width: float) -> list[str]:
+    """Return a text in lines that are no wider than `width`, unless a word is."""
+    lines = [""]
+    for word in text.split(" "):
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and screen.size_of(longer)[0] > width:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines

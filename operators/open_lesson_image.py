@@ -1,0 +1,37 @@
+"""Put the images of the lesson into the file, to be looked at in the image editor."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..addon.results import lesson_view
+from ..addon.to_blender.images import image_of
+
+
+class ACCELSCOPE_OT_open_lesson_image(bpy.types.Operator):
+    bl_idname = "accelscope.open_lesson_image"
+    bl_label = "Keep Image"
+    bl_description = "Keep the image in the file; image editors that are open show it"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        picture = lesson_view.current.picture
+        if picture is None or not picture.images:
+            cls.poll_message_set("This lesson shows no image")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        picture = lesson_view.current.picture
+        assert picture is not None
+        kept = [image_of(image) for image in picture.images]
+        for window in context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == "IMAGE_EDITOR":
+                    area.spaces.active.image = kept[0]
+        self.report({"INFO"}, f"Kept as image {', '.join(image.name for image in kept)}")
+        return {"FINISHED"}
+
+
+CLASSES = (ACCELSCOPE_OT_open_lesson_image,)

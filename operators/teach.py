@@ -1,0 +1,125 @@
+"""Teach a lesson: everything it needs is prepared, and its picture stands in the viewport."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import bpy
+from bpy.props import EnumProperty
+
+from ..addon import jobs
+from ..addon.drawing.viewport import largest, look_at, turn_to_front
+from ..addon.from_blender import extraction
+from ..addon.results import film, lesson_view, session
+from ..addon.results.lesson_view import Ready
+from ..addon.to_blender import lesson_scene
+from ..core.progress import Progress
+
+SAMPLE, MESH = "SAMPLE", "MESH"
+
+SUBJECTS = [
+    (SAMPLE, "Sample", "The sample scene of the lesson, in a scene of its own"),
+    (MESH, "My Mesh", "The selected objects, or all that are visible if none is selected"),
+]
+
+
+class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
+    bl_idname = "accelscope.teach"
+    bl_label = "Teach"
+    bl_description = "Prepare a lesson and show it. Esc stops it and leaves everything as it is"
+    bl_options = {"UNDO"}
+
+    job_text = "Preparing the lesson"
+    refused_text = "Not taught"
+    head_start = 0.1
+
+    subject: EnumProperty(  # type: ignore[valid-type]
+        name="Subject", description="What the lesson is about", items=SUBJECTS, default=SAMPLE,
+        options={"SKIP_SAVE"},
+    )  # fmt: skip
+
+    @classmethod
+    def description(
+        cls, context: bpy.types.Context, properties: bpy.types.OperatorProperties
+    ) -> str:
+        if properties.subject == MESH:
+            return (
+                "Teach the lesson on the selected objects, or on all that are visible if none is "
+                "selected. Esc stops it"
+            )
+        return (
+            "Show the lesson on its sample, in a scene of its own: yours stays as it is, and End "
+            "Lesson goes back to it. Esc stops it"
+        )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if jobs.keep_waiting(cls):
+            return False
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Go to object mode")
+            return False
+        return True
+
+    def prepare(self, context: bpy.types.Context) -> jobs.Work:
+        from ..core.kernels import announcing
+        from ..sample_scenes import sample_and_settings
+
+        lesson = lesson_view.chosen(context.scene)
+        settings = lesson_view.settings_of(context.scene, lesson)
+        root, is_own = context.scene.accelscope, self.subject == MESH
+        taken, given = None, []
+        traced, ray = session.current.traced, root.ray_index
+        sample, sample_settings = sample_and_settings(lesson.sample)
+        if is_own:
+            given = session.current.given_for(lesson, context)
+        if is_own and not given:
+            has_selected = extraction.has_members(context.view_layer, extraction.SELECTED)
+            scope = extraction.SELECTED if has_selected else extraction.VISIBLE
+            taken = session.current.take(context, scope, root.instances)
+
+        def work(progress: Progress) -> tuple[Ready, Any, str]:
+            items, label = None, ""
+            progress.report(0, 1, "Preparing the lesson")
+            if given:
+                scene = given[0].scene
+            elif taken is not None:
+                scene = taken.snapshot(progress).scene
+            else:
+                scene, items = sample.generate(sample_settings), sample.items(sample_settings)
+                label = sample.label
+            with announcing(progress, "the lesson"):
+                subject = lesson.subject(scene, progress, given)
+                if given and traced is not None:
+                    subject = dataclasses.replace(subject, rays=traced.rays, ray=ray)
+                play = lesson.play(subject, settings, progress)
+            return Ready(lesson, subject, play, settings), items, label
+
+        return work
+
+    def finish(self, context: bpy.types.Context, result: Any) -> str:
+        ready, items, label = result
+        view, before = lesson_view.current, context.scene
+        if label:
+            owner = lesson_scene.open_scene(context.window, ready.subject.scene, label, items)
+        else:
+            owner = before
+        lesson_view.copy_settings(ready.lesson, before, owner)
+        owner.accelscope.teaching.lesson = ready.lesson.name
+        view.begin(ready, owner, is_own=not label)
+        view.follow(owner)
+        if film.is_on_timeline():
+            film.bind_timeline(owner)
+        area = largest(context.window)
+        if area is not None:
+            view.arrange(area)
+            turn_to_front(area)
+            look_at(area, view.points())
+        return ready.lesson.label
+
+    def give_up(self) -> None:
+        session.current.watch()
+
+
+CLASSES = (ACCELSCOPE_OT_teach,)

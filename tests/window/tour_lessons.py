@@ -1,0 +1,160 @@
+"""A tour through all lessons in a real Blender window, by clicks; see tour.py for how to run it.
+
+Each is taught as it begins and as its film ends, in the dark theme, in the light one, and once in
+large text; the pictures are there to be looked at.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+
+sys.path.insert(0, str(Path(__file__).parent))
+from guide import (
+    install,
+    note,
+    open_wide_tab,
+    over_viewport,
+    part,
+    running,
+    session,
+    settings,
+    station,
+)
+from session import Steps
+
+ONLY = os.environ.get("ACCELSCOPE_LESSONS", "").split()
+"""Names of lessons to be looked at alone, while one of them is being made."""
+
+NEXT = 0.86
+"""Where the button of the next lesson is, as a share of the sidebar's width."""
+
+LIGHT = Path(bpy.utils.system_resource("SCRIPTS")) / "presets/interface_theme/Blender_Light.xml"
+
+
+def view() -> Any:
+    """Return what is shown of a lesson."""
+    return part("addon.results.lesson_view").current
+
+
+def film() -> Any:
+    """Return the module of films."""
+    return part("addon.results.film")
+
+
+def names() -> list[str]:
+    """Return the names of the lessons on this tour."""
+    every = list(part("core.lessons").lessons())
+    return [name for name in every if not ONLY or name in ONLY]
+
+
+def shown(name: str) -> bool:
+    """Say whether the picture of a lesson is drawn, and nothing is on its way."""
+    lesson = view().lesson
+    return running() is None and lesson is not None and lesson.name == name and not view().fault
+
+
+def use_theme(light: bool) -> None:
+    """Change Blender's theme; with the light one the viewport is white, as a page is."""
+    shading = session.area().spaces[0].shading
+    if light:
+        bpy.ops.script.execute_preset(
+            filepath=str(LIGHT), menu_idname="USERPREF_MT_interface_theme_presets"
+        )
+        shading.background_type, shading.background_color = "VIEWPORT", (1.0, 1.0, 1.0)
+    else:
+        bpy.ops.preferences.reset_default_theme()
+        shading.background_type = "THEME"
+
+
+def in_view() -> None:
+    """Assert that all that is drawn is where nothing covers the viewport."""
+    region, points = session.region(), view().points()
+    region_3d = session.area().spaces[0].region_3d
+    some = points[:: max(len(points) // 500, 1)]
+    places = np.array([location_3d_to_region_2d(region, region_3d, point) for point in some])
+    places += [region.x, region.y]
+    low, high = places.min(axis=0), places.max(axis=0)
+    toolbar, sidebar = session.region("TOOLS"), session.region("UI")
+    top = min(session.region(name).y for name in ("HEADER", "TOOL_HEADER"))
+    assert toolbar.x + toolbar.width < low[0], (low, high)
+    assert high[0] < sidebar.x, (low, high)
+    assert region.y < low[1], (low, high)
+    assert high[1] < top, (low, high)
+
+
+@session.step
+def install_zip() -> None:
+    """The zip installs into a Blender nobody has used before."""
+    install()
+
+
+@session.step
+def teach_the_first() -> Steps:
+    """The first thing in the tab is the list of lessons; Teach shows the one that is chosen."""
+    yield from open_wide_tab()
+    station("tab")
+    settings().teaching.lesson = names()[0]
+    begun = time.monotonic()
+    yield from session.press("accelscope.teach(")
+    if running() is not None:
+        yield 3.0
+        station("waiting")
+    yield lambda: shown(names()[0])
+    note("first lesson after installation, s", round(time.monotonic() - begun, 1))
+    assert bpy.context.window.scene.name == "AccelScope Lesson"
+
+
+@session.step
+def go_through_all() -> Steps:
+    """Each lesson is one click after the one before; its film is played to its end."""
+    for number, name in enumerate(names()):
+        if number:
+            begun = time.monotonic()
+            if ONLY:
+                settings().teaching.lesson = name
+            else:
+                yield from session.press("accelscope.step_lesson(", across=NEXT)
+            yield lambda name=name: shown(name)
+            note(f"{name}, s", round(time.monotonic() - begun, 1))
+        over_viewport()
+        yield 0.3
+        in_view()
+        station(f"{name}")
+        scene, last = bpy.context.window.scene, len(film().values()) - 1
+        film().go_to(scene, (2 * last + 2) // 3)
+        yield lambda name=name: shown(name)
+        bpy.ops.accelscope.view_lesson()
+        use_theme(light=True)
+        settings().teaching.large_text = True
+        yield 0.5
+        station(f"{name}-light-large")
+        film().go_to(scene, last)
+        yield lambda name=name: shown(name)
+        bpy.ops.accelscope.view_lesson()
+        settings().teaching.large_text = False
+        use_theme(light=False)
+        yield 0.5
+        station(f"{name}-last")
+
+
+@session.step
+def go_back() -> Steps:
+    """End Lesson goes back to the user's scene, and leaves nothing behind."""
+    session.move(*(session.region("UI").x + 100, session.region("UI").y + 300))
+    yield from session.press("accelscope.end_lesson(")
+    yield lambda: bpy.context.window.scene.name == "Scene"
+    assert [scene.name for scene in bpy.data.scenes] == ["Scene"]
+    assert [mesh.name for mesh in bpy.data.meshes] == ["Cube"]
+    assert [obj.name for obj in bpy.context.window.scene.objects] == ["Cube", "Light", "Camera"]
+    station("back")
+
+
+session.run()
