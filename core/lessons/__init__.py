@@ -18,9 +18,10 @@ from .exhibit import Exhibit
 from .kdop import kdop_levels
 from .lesson import Lesson
 from .levels import levels
-from .morton import morton_exhibits
+from .morton import morton_curve
 from .parallel_sah import parallel_exhibits
 from .ploc import ploc_exhibits
+from .radix_sort import radix_exhibits
 from .rearranging import rearranging_exhibits
 from .refit import Moment, refit_over_timeline
 from .sah_decision import split_planes
@@ -59,8 +60,8 @@ OF_TREE = (
 """Exhibits of any hierarchy, whatever became of it."""
 
 OF_BUILDING = (
-    cost_curve, parallel_exhibits, morton_exhibits, ploc_exhibits, rearranging_exhibits,
-    spatial_splits,
+    cost_curve, parallel_exhibits, morton_curve, radix_exhibits, ploc_exhibits,
+    rearranging_exhibits, spatial_splits,
 )  # fmt: skip
 """Exhibits of how a hierarchy was built, if it was built so and kept a log."""
 

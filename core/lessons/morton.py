@@ -1,18 +1,17 @@
-"""Exhibits of builders that sort along the Morton curve: the curve with its intervals, the sort.
+"""Lesson "morton_intervals": every node of the tree is an interval of the sorted Morton codes.
 
-"Morton curve" shows how the curve runs through the model, then the tree level by level, as the
-build log tells of it: every node in a colour of its own, the box around it, and below the model its
-intervals as brackets over the sorted codes. A node of LBVH is one interval. One of HLBVH above the
-treelets has several, and clusters of PLOC are seen in an exhibit of their own.
+The curve runs through the centroids in the order of their codes. Level by level, as the build log
+tells of it, every node has a colour of its own, the box around it, and below the model its
+intervals as brackets over the sorted codes, from the root at the top down to the level that is
+shown. A node of LBVH is one interval; one of HLBVH above the treelets has several.
 
-"Radix sort" shows the codes as bars after each pass, "Radix-2 split" for some of them what the
-lecture's primitive does with one bit. No log has passes of a sort: it is done again, with the codes
-of the same triangles.
+Lecture, slide "Morton code based BVH tree": tree node = interval of indices [l_i, r_i).
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,14 +19,16 @@ from ..colours import ramp
 from ..contract.build_log import SPLIT, BuildLog
 from ..geometry.box_shape import box_segments
 from ..parallel import Team
-from ..progress import SILENT, Progress
+from ..progress import Progress
+from ..settings import setting
 from ..structures.bvh.builders import BUILDERS
-from ..structures.bvh.builders.morton.codes import MortonSettings, codes_of, sort_by_code
+from ..structures.bvh.builders.morton.codes import MortonSettings, sort_by_code
 from ..structures.bvh.builders.morton.hlbvh import boxes_around
-from ..structures.bvh.builders.morton.radix_sort import DIGIT, passes, split
 from ..structures.bvh.hierarchy import BVH
-from .drawing import BLUE, GREY, ORANGE, Chart, Lines, coloured, counted, frame_of
-from .exhibit import MOST_SEGMENTS, Exhibit, Frame, Once
+from .drawing import Chart, Lines, chart_below, counted, picture_of
+from .exhibit import MOST_SEGMENTS, Exhibit, exhibit_of_play
+from .lesson import Lesson, Play, Subject
+from .picture import Mark, Picture, Row
 
 MOST_LEVELS = 8
 """Levels of the tree that are shown: the last has up to 128 nodes."""
@@ -35,14 +36,15 @@ MOST_LEVELS = 8
 MOST_BRACKETS = 128
 """Brackets of one level."""
 
-BARS = 1000
-"""Bars of the sort; of more codes every second, third, ... is drawn."""
+NUMBERED = 8
+"""Intervals of the level up to which each has its ends written."""
 
-SPLIT_CODES = 48
-"""Codes that are split bit by bit."""
 
-CHART = 0.4
-"""Height of the charts, as a share of the longest side of the scene."""
+@dataclass(frozen=True)
+class Settings:
+    """The knob of the lesson."""
+
+    level: int = setting(2, "Level", "Level of the tree; the root has 0", minimum=0)
 
 
 class Sorted(NamedTuple):
@@ -53,23 +55,19 @@ class Sorted(NamedTuple):
     centroids: np.ndarray
 
 
-def morton_exhibits(bvh: BVH, log: BuildLog) -> list[Exhibit]:
-    """Return the exhibits of the curve and of the sort, of builders that sort along the curve."""
-    if not issubclass(BUILDERS[bvh.settings.builder].Settings, MortonSettings):
-        return []
-    return [morton_curve(bvh, log), radix_sort(bvh), radix_2_split(bvh)]
+def sorted_along(bvh: BVH, progress: Progress) -> Sorted:
+    """Return the triangles along the curve, as the builder sorts them.
 
-
-def chart_below(bvh: BVH, high: float, top: float) -> Chart:
-    """Return a chart below the model, from 0 to `high` across and to `top` upwards."""
-    low, size = bvh.scene.lower, float((bvh.scene.upper - bvh.scene.lower).max())
-    width = max(float(bvh.scene.upper[0] - low[0]), 0.5 * size)
-    corner = low - (0.1 + CHART) * size * np.array([0.0, 0.0, 1.0])
-    across, upwards = np.array([width, 0.0, 0.0]), np.array([0.0, 0.0, CHART * size])
-    return Chart(corner, across, upwards, 0.0, high, top)
-
-
-# ------------------------------------------------------------------------------------------- curve
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    boxes = bvh.scene.boxes()
+    with Team(progress, "Sorting along the curve") as team:
+        codes, order = sort_by_code(boxes, int(bvh.settings.morton_bits), team)
+    boxes = boxes[order]
+    return Sorted(codes, order, 0.5 * (boxes[:, :3] + boxes[:, 3:]))
 
 
 class Level(NamedTuple):
@@ -92,65 +90,51 @@ class Level(NamedTuple):
     node: np.ndarray
 
 
-def morton_curve(bvh: BVH, log: BuildLog) -> Exhibit:
-    """Return the curve, and the upper levels of the tree where the builder divides it."""
-    count = len(bvh.scene)
-    bits = int(bvh.settings.morton_bits)
-    splits = log.step[log.kind == SPLIT]
-    levels = 0 if log.is_bottom_up else min(MOST_LEVELS, 1 + int(splits.max(initial=0)))
+class Intervals(Play):
+    """The upper levels of one tree along the curve."""
 
-    @Once
-    def along_curve(progress: Progress) -> Sorted:
-        boxes = bvh.scene.boxes()
-        with Team(progress, "Sorting along the curve") as team:
-            codes, order = sort_by_code(boxes, bits, team)
-        boxes = boxes[order]
-        return Sorted(codes, order, 0.5 * (boxes[:, :3] + boxes[:, 3:]))
-
-    @Once
-    def found_levels(progress: Progress) -> list[Level]:
-        order = along_curve(progress).order
+    def __init__(self, bvh: BVH, log: BuildLog, progress: Progress) -> None:
+        self.bvh, self.found = bvh, sorted_along(bvh, progress)
         progress.report(0, 1, "Reading the splits")
-        return levels_of(bvh, log, order, levels)
+        self.levels = levels_of(bvh, log, self.found.order, levels_shown(log))
+        self.ends = {"level": len(self.levels) - 1}
 
-    def frame(number: int, progress: Progress = SILENT) -> Frame:
-        found = along_curve(progress)
-        if number == 0:
-            parts = [curve(found, np.linspace(0.0, 1.0, count), MOST_SEGMENTS)]
-            n_different = 1 + int(np.count_nonzero(np.diff(found.codes)))
-            different = counted(n_different, "differs", "differ")
-            caption = (
-                f"{counted(count, 'centroid', 'centroids')} in the order of their codes of {bits} "
-                f"bits, of which {different}"
-            )
-        else:
-            upper = found_levels(progress)[:number]
-            level = upper[-1]
-            parts = [
-                curve(found, level.middles[level.node], MOST_SEGMENTS * 3 // 4),
-                Lines(box_segments(level.boxes), opaque(ramp(np.repeat(level.middles, 12)))),
-                brackets(chart_below(bvh, count, levels), upper),
-            ]
-            n_runs = 1 + int(np.count_nonzero(np.diff(level.node)))
-            caption = (
-                f"Level {number - 1} of the tree: {counted(len(level.sizes), 'node', 'nodes')}, "
-                f"{counted(n_runs, 'interval', 'intervals')} of the curve; the largest node has "
-                f"{counted(int(level.sizes.max()), 'triangle', 'triangles')}"
-            )
-            if n_runs > MOST_BRACKETS:
-                caption += f"; brackets: the {MOST_BRACKETS} longest intervals"
-        drawn = len(parts[0].segments)
-        if drawn < count - 1:
-            caption += f"; drawn: {counted(drawn, 'piece', 'pieces')} of the curve"
-        return frame_of(parts, caption)
+    def picture(self, settings: Settings) -> Picture:
+        """Return the picture of a level."""
+        count, upper = len(self.bvh.scene), self.levels[: settings.level + 1]
+        level = upper[-1]
+        drawn = curve(self.found, level.middles[level.node], MOST_SEGMENTS * 3 // 4)
+        chart = chart_below(self.bvh.scene, count, len(self.levels))
+        boxes = Lines(box_segments(level.boxes), opaque(ramp(np.repeat(level.middles, 12))))
+        lines, marks = brackets(chart, upper)
+        n_runs = 1 + int(np.count_nonzero(np.diff(level.node)))
+        caption = (
+            f"Level {settings.level} of the tree: {counted(len(level.sizes), 'node', 'nodes')}, "
+            f"{counted(n_runs, 'interval', 'intervals')} of the curve; the largest node has "
+            f"{counted(int(level.sizes.max()), 'triangle', 'triangles')}"
+        )
+        if n_runs > MOST_BRACKETS:
+            caption += f"; brackets: the {MOST_BRACKETS} longest intervals"
+        if len(drawn.segments) < count - 1:
+            pieces = counted(len(drawn.segments), "piece", "pieces")
+            caption += f"; drawn: {pieces} of the curve"
+        rows = [
+            Row("Nodes", str(len(level.sizes)), "Nodes of the level, and leaves above it"),
+            Row("Intervals", str(n_runs), "Runs of indices that they are made of"),
+            Row("Largest Node", str(int(level.sizes.max())), "Triangles in its interval"),
+            Row("Smallest Node", str(int(level.sizes.min())), "Triangles in its interval"),
+        ]
+        return picture_of([drawn, boxes, lines], caption, marks=marks, rows=rows)
 
-    return Exhibit(
-        "morton_curve",
-        "Morton Curve",
-        "The curve through the centroids; below, the sorted codes and the intervals of the tree",
-        levels + 1,
-        frame,
-    )
+    def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
+        """Return the first levels."""
+        return [Settings(level) for level in (0, 1, 2, 4) if level <= self.ends["level"]]
+
+
+def levels_shown(log: BuildLog) -> int:
+    """Return how many levels there are to be seen."""
+    splits = log.step[log.kind == SPLIT]
+    return min(MOST_LEVELS, 1 + int(splits.max(initial=0)))
 
 
 def levels_of(bvh: BVH, log: BuildLog, order: np.ndarray, levels: int) -> list[Level]:
@@ -206,9 +190,12 @@ def opaque(colours: np.ndarray) -> np.ndarray:
     return np.concatenate([colours, np.ones((len(colours), 1))], axis=1)
 
 
-def brackets(chart: Chart, levels: list[Level]) -> Lines:
-    """Return the intervals of levels as brackets in their nodes' colours, the root's on top."""
-    segments, colours = [], []
+def brackets(chart: Chart, levels: list[Level]) -> tuple[Lines, list[Mark]]:
+    """Return the intervals of levels as brackets in their nodes' colours, the root's on top.
+
+    Where those of the last one are few, their ends are written below.
+    """
+    segments, colours, marks = [], [], []
     for number, level in enumerate(levels):
         begins = np.flatnonzero(np.diff(level.node, prepend=-1))
         ends = np.append(begins[1:], len(level.node))
@@ -222,93 +209,77 @@ def brackets(chart: Chart, levels: list[Level]) -> Lines:
         pieces = [(left, right), (left, left_foot), (right, right_foot)]
         segments += [np.stack(piece, axis=1) for piece in pieces]
         colours += [opaque(ramp(level.middles[level.node[begins]]))] * 3
-    return Lines(np.concatenate(segments), np.concatenate(colours))
+    if len(begins) <= NUMBERED:
+        y = chart.top - len(levels) + 0.3
+        for place, (begin, end) in enumerate(zip(begins.tolist(), ends.tolist(), strict=True)):
+            # Every second one lower, so that they do not meet.
+            marks.append(Mark(chart.place(begin, y - 0.7 * (place % 2)), f"[{begin}, {end})"))
+    return Lines(np.concatenate(segments), np.concatenate(colours)), marks
 
 
-# -------------------------------------------------------------------------------------------- sort
+def sorts_by_code(structure: Any) -> str:
+    """Accept trees of builders that sort along the curve, see :attr:`.Lesson.suits`."""
+    if not isinstance(structure, BVH):
+        return f"{structure.label} is no hierarchy of volumes"
+    if not issubclass(BUILDERS[structure.settings.builder].Settings, MortonSettings):
+        return "its builder does not sort by Morton codes; take lbvh, hlbvh or ploc"
+    if structure.build_log is None:
+        return "no log of its building was kept; build it anew"
+    return ""
 
 
-def radix_sort(bvh: BVH) -> Exhibit:
-    """Return the codes as bars, before the sort and after each pass."""
-    bits, count = int(bvh.settings.morton_bits), len(bvh.scene)
-    digits = -(-bits // DIGIT)
-    step = -(-count // BARS)
-
-    @Once
-    def states(progress: Progress) -> list[np.ndarray]:
-        with Team(progress, "Sorting") as team:
-            codes = codes_of(bvh.scene.boxes(), bits, team)
-            return [codes[::step].copy()] + [
-                now[::step].copy() for now, _ in passes(codes, bits, team)
-            ]
-
-    def frame(number: int, progress: Progress = SILENT) -> Frame:
-        codes = states(progress)[number]
-        done = min(number * DIGIT, bits)
-        if number == 0:
-            caption = (
-                f"{counted(count, 'code', 'codes')} of {bits} bits in the order of the triangles"
-            )
-        else:
-            caption = (
-                f"Pass {number} of {digits}, bits {(number - 1) * DIGIT} to {done - 1}: "
-                f"sorted by the lowest {done} bits, which the colour shows"
-            )
-        if step > 1:
-            caption += f"; drawn: one code of {step}"
-        chart = chart_below(bvh, len(codes), 2.0**bits)
-        place = np.arange(len(codes)) + 0.5
-        ends = chart.points(np.tile(place, 2), np.append(np.zeros(len(codes)), codes))
-        lowest = (codes & (1 << done) - 1) / 2.0**done if number else codes / 2.0**bits
-        bars = Lines(ends.reshape(2, -1, 3).swapaxes(0, 1), opaque(ramp(lowest)))
-        return frame_of([chart.axes(), bars], caption)
-
-    return Exhibit(
-        "radix_sort",
-        "Radix Sort",
-        "The Morton codes as bars after every pass, one digit a pass, the lowest first",
-        digits + 1,
-        frame,
-    )
+def has_intervals(structure: Any) -> str:
+    """Accept trees that were divided along the curve, see :attr:`.Lesson.suits`."""
+    if reason := sorts_by_code(structure):
+        return reason
+    if structure.build_log.is_bottom_up:
+        return "its nodes are clusters, not intervals of the codes; take lbvh or hlbvh"
+    return ""
 
 
-def radix_2_split(bvh: BVH) -> Exhibit:
-    """Return the lecture's sort with digits of one bit, on some of the codes."""
-    bits = int(bvh.settings.morton_bits)
-    step = -(-len(bvh.scene) // SPLIT_CODES)
+def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
+    """Sort along the curve, and read the splits."""
+    bvh = subject.structures[0]
+    assert isinstance(bvh, BVH)
+    assert bvh.build_log is not None
+    return Intervals(bvh, bvh.build_log, progress)
 
-    @Once
-    def codes(progress: Progress) -> np.ndarray:
-        with Team(progress, "Computing codes") as team:
-            return codes_of(bvh.scene.boxes(), bits, team)[::step]
 
-    def frame(bit: int, progress: Progress = SILENT) -> Frame:
-        now = codes(progress)
-        for lower in range(bit):
-            now = now[np.argsort(split(now, lower))]
-        place = split(now, bit)
-        chart = chart_below(bvh, len(now), 1.0)
-        x = np.arange(len(now)) + 0.5
-        above, below = chart.points(x, np.ones(len(x))), chart.points(place + 0.5, np.zeros(len(x)))
-        moves, is_one = np.stack([above, below], axis=1), (now >> bit & 1).astype(bool)
-        rows = chart.points(np.array([0, len(now)] * 2), np.array([0.0, 0, 1, 1])).reshape(2, 2, 3)
-        parts = [
-            coloured(rows, GREY),
-            coloured(moves[~is_one], BLUE),
-            coloured(moves[is_one], ORANGE),
-        ]
-        ones = int(is_one.sum())
-        return frame_of(
-            parts,
-            f"Bit {bit}: {counted(len(now) - ones, 'zero', 'zeros')} (blue) to the left, "
-            f"{counted(ones, 'one', 'ones')} (orange) to the right, otherwise in order"
-            + (f"; drawn: one code of {step}" if step > 1 else ""),
+LESSONS = (
+    Lesson(
+        name="morton_intervals",
+        label="Nodes Are Intervals",
+        slide="Morton code based BVH tree",
+        begin="Once the codes are sorted, the tree is there: every node is an interval of indices",
+        look_for="A node is split where the highest bit in which its codes differ changes, so "
+        "that both children are intervals again, and boxes of one level hardly overlap",
+        question="Why can all nodes of such a tree be found in parallel, not parents first?",
+        answer="Where an interval is split depends on the sorted codes alone: for each index the "
+        "bits that it shares with its neighbours say to which interval it belongs. A thread needs "
+        "the codes, not the result of another thread",
+        source="structures.bvh.builders.morton.lbvh",
+        sample="suzanne:subdivisions=1",
+        structures=("bvh:builder=lbvh",),
+        suits=has_intervals,
+        Settings=Settings,
+        play=play,
+        film="level",
+    ),
+)
+
+
+def morton_curve(bvh: BVH, log: BuildLog) -> list[Exhibit]:
+    """Return the lesson as an exhibit, of trees that were divided along the curve."""
+    is_sorted = issubclass(BUILDERS[bvh.settings.builder].Settings, MortonSettings)
+    if not is_sorted or log.is_bottom_up:
+        return []
+    return [
+        exhibit_of_play(
+            "morton_curve",
+            "Morton Curve",
+            "The curve through the centroids, and below the intervals of the tree",
+            levels_shown(log),
+            lambda progress: Intervals(bvh, log, progress),
+            Settings,
         )
-
-    return Exhibit(
-        "radix_2_split",
-        "Radix-2 Split",
-        "One bit a pass, above the order before it, below the order after it",
-        bits,
-        frame,
-    )
+    ]

@@ -32,7 +32,6 @@ from .drawing import (
     BLUE,
     GREY,
     ORANGE,
-    Chart,
     Faces,
     Lines,
     chart_below,
@@ -44,8 +43,16 @@ from .drawing import (
 )
 from .efficiency import magnified
 from .lesson import Lesson, Play, Subject
-from .picture import Mark, Picture, Row
+from .picture import Picture, Row
 from .queues import is_data_parallel
+from .scattering import (
+    SUMS,
+    TOP,
+    drawn_items,
+    drawn_result,
+    drawn_sums,
+    names_of_rows,
+)
 from .splits import box_around
 
 MOST_TRIANGLES = 16
@@ -157,34 +164,19 @@ class Reordering(Play):
         step = min(settings.step, len(this.sums))
         is_moved, sums = step == len(this.sums), this.sums[min(step, len(this.sums) - 1)]
         count, is_left = len(this.ids), this.flags == 1
-        chart = chart_below(self.scene, count, 3.0, height=0.95)
-        unit = 0.4 / max(float(sums.max()), 1.0)
-        parts: list[Lines | Faces] = []
-        marks: list[Mark] = []
-        x = np.arange(count)
-        for side, colour in ((is_left, BLUE), (~is_left, ORANGE)):
-            parts += squares(chart, x[side], 2.5, colour, 0.6)
-            full = np.full(int(side.sum()), 1.3)
-            parts += chart.blocks(
-                x[side] + 0.1, x[side] + 0.9, full, full + unit * sums[side], colour, 0.6
-            )
-            if is_moved:
-                parts += squares(chart, this.places[side], 0.1, colour, 0.6)
-                ways = np.stack(
-                    [chart.points(x[side] + 0.5, full - 0.35), chart.points(this.places[side] + 0.5,
-                     np.full(int(side.sum()), 0.6))], axis=1)  # fmt: skip
-                parts.append(coloured(ways, colour))
-        if 0 < step < len(this.sums):
-            stride = 1 << (step - 1)
-            from_x, to_x = x[:-stride] + 0.5, x[stride:] + 0.5
-            level = np.full(count - stride, 1.3)
-            arcs = np.stack([chart.points(from_x, level + 1.15), chart.points(to_x, level)], axis=1)
-            parts.append(coloured(arcs, faint(GREY, 0.7)))
-        for place in range(count):
-            marks.append(Mark(chart.place(place + 0.25, 1.1), str(int(sums[place]))))
-        names = ["triangles", "sum of flags" if step else "flags", "reordered"]
-        for name, height in zip(names[: 3 if is_moved else 2], (2.7, 1.5, 0.3), strict=False):
-            marks.append(Mark(chart.place(count + 0.4, height), name))
+        chart = chart_below(self.scene, count, TOP, height=0.95)
+        bars, numbers = drawn_sums(chart, sums, is_left)
+        parts = [*drawn_items(chart, is_left), *bars]
+        names = ["triangles", "sum of flags" if step else "flags"]
+        if is_moved:
+            parts += drawn_result(chart, this.places, is_left)
+            names.append("reordered")
+        elif step > 0:
+            x, stride = np.arange(count) + 0.5, 1 << (step - 1)
+            floor = np.full(count - stride, SUMS)
+            ends = chart.points(x[:-stride], floor + 1.15), chart.points(x[stride:], floor)
+            parts.append(coloured(np.stack(ends, axis=1), faint(GREY, 0.7)))
+        marks = [*numbers, *names_of_rows(chart, count, *names)]
         parts += self._in_the_model(this, is_left)
         return picture_of(parts, self._caption(this, step), marks=marks, rows=self._rows(this))
 
@@ -227,16 +219,6 @@ class Reordering(Play):
             Row("N_R", str(len(this.ids) - n_left), "The size of the right child"),
             Row("Steps", str(len(this.sums) - 1), "log2 N, rounded up"),
         ]
-
-
-def squares(
-    chart: Chart, places: np.ndarray, low: float, colour: tuple[float, ...], opacity: float
-) -> list[Lines | Faces]:
-    """Return squares of a row that begins at a height of a chart."""
-    height = np.full(len(places), low)
-    return chart.blocks(
-        places + 0.1, places + 0.9, height, height + 0.4, (*colour[:3], 1.0), opacity
-    )
 
 
 def small_nodes(bvh: BVH, progress: Progress) -> list[tuple[int, np.ndarray]]:

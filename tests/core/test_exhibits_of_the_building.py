@@ -10,7 +10,6 @@ from accelscope.core.geometry.box_shape import box_segments, surface_area
 from accelscope.core.lessons import exhibits_left_out, exhibits_of
 from accelscope.core.lessons import rearranging as lesson
 from accelscope.core.lessons.drawing import BLUE, GREEN, ORANGE
-from accelscope.core.lessons.morton import levels_of
 from accelscope.core.lessons.ploc import take_snapshots
 from accelscope.core.lessons.sbvh import descent_of, side_of
 from accelscope.core.parallel import Team
@@ -25,7 +24,7 @@ from accelscope.core.structures.bvh.optimisers import OPTIMISERS
 from accelscope.core.structures.bvh.optimisers import replay as replay_module
 from accelscope.core.structures.bvh.optimisers.replay import Replay
 from accelscope.core.structures.bvh.topology.build_log import tree_as_built
-from accelscope.core.structures.bvh.topology.tree import Primitives, leaves_only, ranges_of
+from accelscope.core.structures.bvh.topology.tree import Primitives, leaves_only
 
 OPTIMISING = sorted(set(OPTIMISERS) - {"none"})
 
@@ -63,8 +62,7 @@ def test_without_a_log_there_are_none_and_it_is_said(scene):
     without, asked = BVH.build(scene, settings), BVH.build(scene, settings, log=True)
     names, all_names = ({each.name for each in exhibits_of(bvh)} for bvh in (without, asked))
     assert all_names - names == {
-        "morton_curve", "radix_sort", "radix_2_split", "ploc_clusters", "cost_over_steps",
-        "reinsertions",
+        "radix_sort", "radix_2_split", "ploc_clusters", "cost_over_steps", "reinsertions",
     }  # fmt: skip
     assert exhibits_left_out(asked) == ""
     assert "no log" in exhibits_left_out(without)
@@ -211,43 +209,6 @@ def test_the_clusters_shown_are_those_of_every_iteration(scene, optimise):
             made += int(shot.is_new.sum())
     assert [shot.total for shot in shots] == bvh.figures["clusters"]
     assert (bvh.build_log.kind == MERGE).sum() == len(boxes) - 1
-
-
-# ------------------------------------------------------------------------------------- curve
-
-
-@pytest.mark.parametrize("builder", ["lbvh", "lbvh_parallel", "hlbvh"])
-@pytest.mark.parametrize("optimise", ["none", "rotate"])
-def test_the_levels_along_the_curve_are_those_of_the_tree(scene, builder, optimise):
-    bvh = built(scene, builder, optimise)
-    # What an optimiser gets has one triangle a leaf.
-    tree = bvh if optimise == "none" else built(scene, builder, max_leaf_size=1)
-    with Team(SILENT, "testing") as team:
-        _, order = sort_by_code(boxes_of(scene.triangles), 63, team)
-    if builder != "hlbvh":
-        assert np.array_equal(tree.triangles.ids, order)
-    levels = levels_of(bvh, bvh.build_log, order, 8)
-    assert len(levels) == 8
-    depth, is_leaf = tree.depths(), tree.arrays.size > 0
-    begin, end = ranges_of(tree.arrays.first, tree.arrays.size, tree.width())
-    for number, level in enumerate(levels):
-        nodes = np.flatnonzero((depth == number) | (is_leaf & (depth < number)))
-        nodes = nodes[np.argsort(begin[nodes])]
-        assert np.array_equal(level.boxes, tree.arrays.volumes.boxes()[nodes])
-        assert np.array_equal(level.sizes, (end - begin)[nodes])
-        for place, node in enumerate(nodes):
-            inside = np.sort(order[level.node == place])
-            assert np.array_equal(inside, np.sort(tree.triangles.ids[begin[node] : end[node]]))
-        runs = 1 + np.count_nonzero(np.diff(level.node))
-        assert runs == len(nodes) or builder == "hlbvh"
-        caption = exhibit_of(bvh, "morton_curve").frame(number + 1).caption
-        assert f": {len(nodes)} node" in caption
-        assert f", {runs} interval" in caption
-        assert f"{level.sizes.max()} triangle" in caption
-
-
-def test_clusters_have_no_levels_along_the_curve(scene):
-    assert exhibit_of(built(scene, "ploc"), "morton_curve").count == 1
 
 
 # --------------------------------------------------------------------------- spatial splits

@@ -5,7 +5,7 @@ They were once those of a grid around the triangles that are drawn.
 
 import numpy as np
 from accelscope.core.geometry.box import boxes_of
-from accelscope.core.lessons import exhibits_of
+from accelscope.core.lessons.radix_sort import BitSettings, RadixSplit
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT
 from accelscope.core.scene import Scene
@@ -21,7 +21,8 @@ def test_bits_are_those_of_the_codes_that_were_sorted():
     with Team(SILENT, "testing") as team:
         codes = codes_of(boxes_of(scene.triangles), 30, team)
     bvh = BVH.build(scene, BVH.Settings(builder="lbvh", morton_bits="30"), log=True)
-    exhibit = next(each for each in exhibits_of(bvh) if each.name == "radix_2_split")
+    play = RadixSplit(bvh, SILENT)
+    assert len(play.orders[0]) == 14
     for bit in range(30):
-        ones = int((codes[::3] >> bit & 1).sum())
-        assert f" {ones} one" in exhibit.frame(bit).caption
+        ones = int((codes[::7] >> bit & 1).sum())
+        assert f" {ones} one" in play.picture(BitSettings(bit)).caption

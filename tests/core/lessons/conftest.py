@@ -43,3 +43,12 @@ def octahedron():
     """|x| + |y| + |z| <= 1, of which many figures are known."""
     signs = itertools.product((-1.0, 1.0), repeat=3)
     return Scene.from_triangles([np.diag(each) for each in signs], "octahedron")
+
+
+@pytest.fixture(scope="session")
+def muddle():
+    """Triangles of many sizes that overlap: all that builders and optimisers do happens."""
+    rng = np.random.default_rng(4)
+    size = np.concatenate([np.full(240, 0.1), np.full(40, 0.6), np.full(20, 2.0)])
+    corners = rng.random((300, 1, 3)) + size[:, None, None] * rng.random((300, 3, 3))
+    return Scene.from_triangles(corners, "muddle")
