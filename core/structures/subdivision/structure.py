@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import abc
+import copy
+import dataclasses
 import functools
 from collections.abc import Callable
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -25,6 +27,9 @@ from . import segments as segments
 from .ropes import link
 from .tree import ROWS, STACK
 from .walks import COUNTERS, WALKS, Ropes
+
+if TYPE_CHECKING:
+    from typing import Self
 
 
 def padded_box(lower: np.ndarray, upper: np.ndarray, padding: float) -> np.ndarray:
@@ -141,6 +146,13 @@ class Subdivision(Structure):
         """Set :attr:`arrays` to the tree with the walk of the settings."""
         self.arrays = WALKS[self.settings.walk](tree, self.settings.mailbox)
         self.arrays = walked(tree, self.settings, self.topology)
+
+    def walked_by(self, walk: str, links: str = "found") -> Self:
+        """Return the same tree with another walk; one of those that its settings offer."""
+        other = copy.copy(self)
+        other.settings = dataclasses.replace(self.settings, walk=walk, links=links)
+        other.with_walk(self.arrays.tree)
+        return other
 
     @property
     def ropes(self) -> np.ndarray:
