@@ -4,8 +4,8 @@ The slide "Hierarchy". The mesh is traced in parts, each twice as large as the o
 (:mod:`.growth`). In the chart beside it, log2 N goes to the right, the nodes that a ray enters in a
 BVH go up (N_TS, blue), and so do its tests (N_IT, green); a straight line here is a + b log2 N.
 The orange curve is the naive algorithm, y = N, as far as there is room for it. In the picture are
-the nodes of this part's BVH that the red ray enters: grey inner ones, green leaves, and orange what
-is tested in them.
+the nodes of this part's BVH that the violet ray enters: grey inner ones, green leaves, and orange
+what is tested in them.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class HierarchyCost(Play):
         ray = len(walk.events_of(VISIT_INNER)) + len(walk.events_of(VISIT_LEAF))
         caption = (
             f"N = {show_integer(n)}, log2 N = {x:.1f}: a ray enters {steps:.1f} nodes in the mean "
-            f"and tests {tests:.1f} objects; the red one enters {ray} and tests {len(tested)}"
+            f"and tests {tests:.1f} objects; the violet one enters {ray} and tests {len(tested)}"
         )
         rows = (
             Row("N", show_integer(n), "Objects in this part of the mesh"),

@@ -3,7 +3,7 @@
 The slide "Ray-scene intersection". The mesh is traced in growing parts (:mod:`.growth`). In the
 chart beside it N, the objects of a part, goes to the right, and the tests of one ray go up: orange
 the naive algorithm, whose line is y = N, blue the mean of a BVH over the same part for comparison.
-In the picture the part is blue, and so many tests has the red ray.
+In the picture the part is blue, and so many tests has the violet ray.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from ..settings import setting
 from .drawing import BLUE, ORANGE, RED, Chart, Lines, coloured, items_in, picture_of
 from .growth import Growth, growth_of, slope_through_zero
 from .lesson import Lesson, Play, Subject
+from .one_ray import RAY
 from .picture import Mark, Picture, Row
 
 PARTS = 8
@@ -113,7 +114,7 @@ def arrow(chord: np.ndarray) -> Lines:
     across = np.cross(along, np.eye(3)[np.abs(along).argmin()])
     across *= 0.02 * np.linalg.norm(along) / np.linalg.norm(across)
     heads = [[middle, middle - 0.05 * along + side] for side in (across, -across)]
-    return coloured(np.array([[begin, end], *heads]), RED)
+    return coloured(np.array([[begin, end], *heads]), RAY)
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:

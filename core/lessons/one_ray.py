@@ -193,3 +193,20 @@ def places_of(cells: Cells, numbers: np.ndarray) -> np.ndarray:
     """Return the place of the cell of each number, (n,), in the order of the numbers."""
     order = np.argsort(cells.numbers, kind="stable")
     return order[np.searchsorted(cells.numbers[order], numbers)]
+
+
+FAN = 8
+"""Rays from the front in a row and in a column."""
+
+FROM_THE_FRONT = np.array([0.75, 0.63, -0.2])
+"""Direction of rays that come from the left before the model: what they hit first is seen."""
+
+
+def rays_from_the_front(scene: Scene) -> Rays:
+    """Return FAN x FAN parallel rays that meet the box of a scene where it is seen."""
+    share = (np.arange(FAN) + 0.5) / FAN
+    u, v = (each.ravel() for each in np.meshgrid(share, share))
+    size = scene.upper - scene.lower
+    targets = scene.lower + np.stack([u, np.full(len(u), 0.5), v], axis=1) * size
+    origins = targets - 1.2 * scene.diagonal * FROM_THE_FRONT
+    return Rays.from_arrays(origins, np.tile(FROM_THE_FRONT, (len(u), 1)))
