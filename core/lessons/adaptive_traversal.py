@@ -26,7 +26,8 @@ from ..errors import InputError
 from ..progress import Progress
 from ..settings import setting
 from ..structures.subdivision.structure import LinkedSubdivision
-from .drawing import BLUE, GREY, ORANGE, RED, Colour, Faces, Lines, coloured, counted, picture_of
+from .column import YELLOW, column_beside
+from .drawing import BLUE, GREY, ORANGE, RED, Faces, Lines, counted, picture_of
 from .lesson import Lesson, Play, Subject
 from .one_ray import Counted, Walked, ray_of
 from .picture import Mark, Picture, Row
@@ -38,11 +39,8 @@ from .section import (
     outline_beside,
     place_beside,
     section_of,
-    sideways,
     title_place,
 )
-
-YELLOW: Colour = (0.88, 0.68, 0.05, 1.0)
 
 
 class Kind(NamedTuple):
@@ -64,12 +62,6 @@ WALKS = {
                       "nodes on the stack"),
     "heap": Kind("heap", "found", "Heap", "node in the heap", "nodes in the heap"),
 }  # fmt: skip
-
-MOST_LISTED = 8
-"""Entries of the column that are written."""
-
-BESIDE = 1.1
-"""How far from the left of the section the column stands, in widths of the scene."""
 
 ENTERING = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
 
@@ -216,7 +208,11 @@ class AdaptiveTraversal(Play):
         if event < 0:
             return picture_of(parts, "The ray misses the tree", marks=marks, rows=rows)
         remembered = each.remembered(event)
-        column, names = self.column(each, event, remembered, shift)
+        entries = [self.entry(each, event, node) for node in remembered]
+        column, names = column_beside(
+            self.scene, self.plane, each.walked.rays.directions[0], shift,
+            each.kind.many.capitalize(), entries, YELLOW,
+        )  # fmt: skip
         memory = each.kind.many
         if each.kind.one:
             memory = counted(len(remembered), each.kind.one, each.kind.many)
@@ -236,33 +232,6 @@ class AdaptiveTraversal(Play):
             VISIT_EMPTY: "enters empty leaf", SKIP: "throws away node",
         }[kind]  # fmt: skip
         return f"{named} {node} at t = {enter:.4g}"
-
-    def column(
-        self, each: WalkShown, event: int, remembered: list[int], shift: np.ndarray
-    ) -> tuple[Lines, list[Mark]]:
-        """Return what is remembered as a column right of the section, what comes next on top."""
-        along = sideways(self.plane, each.walked.rays.directions[0])
-        size = self.scene.upper - self.scene.lower
-        high = 0.11 * max(size[2], 0.3 * size.max())
-        corner = (
-            title_place(self.scene, self.plane, shift) + 1.18 * max(size[:2].max(), 1e-9) * along
-        )
-        corner[2] = self.scene.upper[2] - high
-        shown = remembered[:MOST_LISTED]
-        side, up = 3.6 * high * along, np.array([0.0, 0.0, 0.86 * high])
-        boxes, names = [], []
-        for row, node in enumerate(shown):
-            foot = corner - np.array([0.0, 0.0, row * high])
-            corners = np.array([foot, foot + side, foot + side + up, foot + up])
-            boxes.append(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1))
-            names.append(Mark(foot + 0.1 * side + 0.4 * up, self.entry(each, event, node)))
-        if len(remembered) > len(shown):
-            foot = corner - np.array([0.0, 0.0, len(shown) * high])
-            names.append(Mark(foot, f"and {len(remembered) - len(shown)} more"))
-        heading = corner + up + np.array([0.0, 0.0, 0.35 * high])
-        names.append(Mark(heading, each.kind.many.capitalize(), YELLOW[:3]))
-        lines = np.concatenate(boxes) if boxes else np.empty((0, 2, 3))
-        return coloured(lines, YELLOW), names
 
     def entry(self, each: WalkShown, event: int, node: int) -> str:
         """Return the text of a remembered node."""

@@ -157,12 +157,22 @@ def contour(scene: Scene, plane: Plane) -> np.ndarray:
 
     Of a few items, and of such as are no triangles, the outlines.
     """
-    if len(scene) <= FEW_ITEMS or not isinstance(scene.geometry, Triangles):
-        return lines_of_items(scene.geometry, np.arange(min(len(scene), FEW_ITEMS)))
+    if len(scene) <= FEW_ITEMS:
+        return lines_of_items(scene.geometry, np.arange(len(scene)))
+    return cut_items(scene, plane)[0]
+
+
+def cut_items(scene: Scene, plane: Plane) -> tuple[np.ndarray, np.ndarray]:
+    """Return what a plane cuts of triangles, (k, 2, 3), and of which, (k,).
+
+    Of the first few items of other kinds the outlines, each of item 0.
+    """
+    if not isinstance(scene.geometry, Triangles):
+        lines = lines_of_items(scene.geometry, np.arange(min(len(scene), FEW_ITEMS)))
+        return lines, np.zeros(len(lines), np.int64)
     corners = scene.triangles
-    numbers = np.arange(len(corners))
     offsets = 3 * np.arange(len(corners) + 1)
-    return _cut(Polygons(corners.reshape(-1, 3), offsets, numbers), plane)[0]
+    return _cut(Polygons(corners.reshape(-1, 3), offsets, np.arange(len(corners))), plane)
 
 
 def walls_in(box: np.ndarray, axis: int, positions: np.ndarray, plane: Plane) -> np.ndarray:
