@@ -9,6 +9,7 @@ import importlib.util
 
 import bpy
 
+from ..core.kernels import run_plain
 from .command.prepare import is_done
 from .preparing import Preparation
 
@@ -16,6 +17,9 @@ BASE_PACKAGE = __package__.rpartition(".")[0]
 
 LATER, OFTEN = 2.0, 1.0
 """Seconds after which it starts, and between two looks at how far it is."""
+
+FEW_ITEMS, FEW_RAYS = 5000, 1000
+"""So many are quicker done by plain Python than compiled for."""
 
 _running: list[Preparation] = []
 
@@ -44,6 +48,18 @@ def stop() -> None:
             bpy.app.timers.unregister(timer)
     while _running:
         _running.pop().stop()
+    run_plain(False)
+
+
+def choose_kernels(items: int, rays: int = 0) -> None:
+    """Have work on a small scene done by plain Python while kernels are still being compiled.
+
+    Parameters
+    ----------
+    items, rays : int
+        Of the scene, and to be traced.
+    """
+    run_plain(running() is not None and items <= FEW_ITEMS and rays <= FEW_RAYS)
 
 
 def _start() -> None:
@@ -68,4 +84,7 @@ def _look() -> float | None:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 area.tag_redraw()
-    return OFTEN if running() else None
+    if running():
+        return OFTEN
+    run_plain(False)
+    return None

@@ -55,6 +55,7 @@ unsigned = np.uint64
 """What makes an index unsigned: at a signed one Numba looks whether it counts from the end, which
 takes up to a twentieth of a walk's time."""
 
+_is_plain = False
 _cache_root: Path | None = None
 _cache_prepared = False
 _cannot_be_kept = ""
@@ -122,6 +123,7 @@ def _compiled(function: Callable, options: dict[str, Any]) -> Callable:
     import numba
 
     dispatcher = numba.njit(**options)(function)
+    dispatcher.__class__ = _kernel_type()
     if _prepare_cache():
         try:
             # What cache=True does, with a type of our own.
@@ -129,6 +131,38 @@ def _compiled(function: Callable, options: dict[str, Any]) -> Callable:
         except RuntimeError:
             _cannot_be_kept = "no folder can be made there"
     return dispatcher
+
+
+@functools.cache
+def _kernel_type() -> type:
+    """Return Numba's type of a function to be compiled, as one that can run as plain Python."""
+    from numba.core.registry import CPUDispatcher
+
+    class Kernel(CPUDispatcher):
+        """Compiled at its first call, or not at all while :func:`run_plain` asks for that."""
+
+        def __call__(self, *arguments: Any) -> Any:
+            if not _is_plain:
+                return super().__call__(*arguments)
+            with np.errstate(all="ignore"):  # as call() does where there is no Numba
+                return self.py_func(*arguments)
+
+    return Kernel
+
+
+def run_plain(is_plain: bool) -> None:
+    """Run kernels as plain Python from now on, or compiled again.
+
+    Plain, nothing waits for a compiler. A walk takes a hundred times as long: for a small scene
+    and a few rays that is nothing. Results are the same, bit for bit.
+    """
+    global _is_plain
+    _is_plain = is_plain and has_numba()
+
+
+def is_plain() -> bool:
+    """Say whether kernels that could be compiled run as plain Python."""
+    return _is_plain
 
 
 def dispatched(function: Callable) -> Callable:
@@ -201,7 +235,7 @@ def call(function: Callable, *arguments: Any) -> Any:
         # As with error_model="numpy": a division by zero is an infinity and no affair.
         with np.errstate(all="ignore"):
             return function(*arguments)
-    if getattr(function, "targetoptions", {}).get("no_cpython_wrapper"):
+    if not _is_plain and getattr(function, "targetoptions", {}).get("no_cpython_wrapper"):
         raise TypeError(f"{function.__name__} is an inner kernel: only kernels call it")
     return function(*arguments)
 

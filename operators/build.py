@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import jobs
+from ..addon import compile_ahead, jobs
 from ..addon.from_blender import extraction
 from ..addon.results import session
 from ..addon.results.outcome import Outcome
@@ -47,6 +47,7 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
 
         def work(progress: Progress) -> Outcome:
             snapshot = taken.snapshot(progress)
+            compile_ahead.choose_kernels(len(snapshot.scene))
             built = build(snapshot.scene, structure, settings, progress, log=True)
             return Outcome.of(snapshot, built, progress)
 
