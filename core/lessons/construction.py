@@ -1,0 +1,179 @@
+"""Lesson "construction": three trees over one mesh come about, from above, from below, by codes.
+
+The slide "BVH construction ideas". Each copy shows its building after the same share of its steps,
+as its log tells (:mod:`..contract.build_log`): from the top down the leaves of the tree so far, of
+which one is divided in every step; from the bottom up the clusters that are left, of which two are
+joined; by Morton codes the intervals, of which all of a level are divided at once. The three have
+the same colours: by the number of objects in a box, blue for few and red for all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..colours import count_colours
+from ..geometry.box_shape import box_segments
+from ..progress import Progress
+from ..settings import setting
+from ..structures.bvh.hierarchy import BVH
+from ..structures.bvh.topology.tree import ranges_of
+from .around import beside_each_other
+from .drawing import GREY, Lines, counted, items_in, picture_of, shifted
+from .lesson import Lesson, Play, Subject
+from .picture import Mark, Picture, Row
+
+BUILDERS = {
+    "Top-down": "bvh:builder=sweep_sah,max_leaf_size=1",
+    "Bottom-up": "bvh:builder=agglomerative,max_leaf_size=1",
+    "Morton codes": "bvh:builder=lbvh,max_leaf_size=1",
+}
+"""Structures, by what the copies are called."""
+
+MOST_BOXES = 100
+"""Boxes that are drawn in a copy: those with the most objects."""
+
+MOST_ITEMS = 4000
+"""Items that stand for the mesh in a copy."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The knob of the lesson."""
+
+    percent: int = setting(
+        50, "Built", "Share of the steps that are done", unit="%", minimum=0, maximum=100
+    )
+
+
+class Building:
+    """How one tree came about.
+
+    Attributes
+    ----------
+    made, replaced : (n_nodes,) int64
+        From which step on a node is there, and when others take its place.
+    count : (n_nodes,) int64
+        References below.
+    last : int
+        The last step.
+    """
+
+    def __init__(self, bvh: BVH) -> None:
+        log = bvh.build_log
+        assert log is not None
+        self.bvh, self.boxes = bvh, bvh.arrays.volumes.boxes()
+        self.made, self.replaced = log.steps(bvh.parents())
+        begin, end = ranges_of(bvh.arrays.first, bvh.arrays.size, bvh.width())
+        self.count, self.last = end - begin, log.last_step
+        self.areas = bvh.areas
+        self.cost = float(bvh.efficiency().expected[0])
+
+    def step(self, percent: int) -> int:
+        """Return the step after which a share of all is done."""
+        return -(-self.last * percent // 100)
+
+    def nodes_at(self, step: int) -> np.ndarray:
+        """Return the nodes that are there after a step and not yet replaced: a partition."""
+        return np.flatnonzero((self.made <= step) & (step < self.replaced))
+
+    def largest(self, nodes: np.ndarray) -> np.ndarray:
+        """Return those with the most objects, the largest last; of equals some here and there."""
+        chance = np.random.default_rng(1).random(len(self.count))[nodes]
+        return nodes[np.lexsort([chance, -self.count[nodes]])[:MOST_BOXES]][::-1]
+
+
+class Construction(Play):
+    """Several buildings of trees over one scene."""
+
+    def __init__(self, subject: Subject, progress: Progress) -> None:
+        self.scene = subject.scene
+        self.buildings = {}
+        for name, structure in zip(BUILDERS, subject.structures, strict=True):
+            progress.report(len(self.buildings), len(BUILDERS), "Reading the logs")
+            assert isinstance(structure, BVH)
+            self.buildings[name] = Building(structure)
+        self.body = items_in(self.scene, np.arange(len(self.scene)), GREY, 0.3, most=MOST_ITEMS)
+
+    def picture(self, settings: Settings) -> Picture:
+        """Return the picture after a share of the steps."""
+        size = self.scene.upper - self.scene.lower
+        above = self.scene.upper - np.array([size[0], 0.5 * size[1], -0.12 * size.max()])
+        root = max(float(building.areas[0]) for building in self.buildings.values()) or 1.0
+        parts: list[Any] = []
+        marks, rows, texts = [], [], []
+        places = beside_each_other(self.scene, len(self.buildings))
+        for (name, building), place in zip(self.buildings.items(), places, strict=True):
+            step = building.step(settings.percent)
+            nodes = building.nodes_at(step)
+            drawn = building.largest(nodes)
+            colours = count_colours(building.count[drawn] - 1, len(self.scene) - 1)
+            colours = np.column_stack([colours, np.ones(len(drawn))]).repeat(12, axis=0)
+            if place.any():  # the mesh itself is there once
+                parts.append(shifted(self.body, place))
+            parts.append(shifted(Lines(box_segments(building.boxes[drawn]), colours), place))
+            marks.append(Mark(above + place, f"{name}: {counted(len(nodes), 'box', 'boxes')}"))
+            texts.append(f"{name.lower()} step {step} of {building.last}")
+            share = float(building.areas[nodes] @ building.count[nodes]) / root
+            rows.append(
+                Row(name, f"{counted(len(nodes), 'box', 'boxes')}, {share:.1f} tests",
+                    "Boxes that are there, and the tests of a line through the root if they "
+                    "were the leaves")
+            )  # fmt: skip
+        rows += [
+            Row(f"SAH Cost, {name}", f"{building.cost:.2f}", "Of the finished tree: less is better")
+            for name, building in self.buildings.items()
+        ]
+        caption = f"{settings.percent}% of the building: {'; '.join(texts)}"
+        return picture_of(parts, caption, marks=marks, rows=rows)
+
+    def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
+        """Return the beginning, and some way through."""
+        return [Settings(percent) for percent in (0, 2, 50, 99)]
+
+    def film(self, lesson: Lesson) -> Sequence[int]:
+        """Return all percents."""
+        return range(101)
+
+
+def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
+    """Read the logs of the three."""
+    return Construction(subject, progress)
+
+
+def keeps_a_log(structure: Any) -> str:
+    """Accept hierarchies that say how they were built, see :attr:`.lesson.Lesson.suits`."""
+    if not isinstance(structure, BVH):
+        return f"{structure.label} is no hierarchy of volumes"
+    if structure.build_log is None:
+        return "it has kept no log of its building"
+    if structure.build_log.is_rearranged:
+        return "its tree was rearranged after it was built"
+    return ""
+
+
+LESSONS = (
+    Lesson(
+        name="construction",
+        label="Ways to Build a Hierarchy",
+        slide="BVH construction ideas",
+        begin="A tree can be built from the root down, from single triangles up, or from an "
+        "order along a curve",
+        look_for="From above, large boxes are divided first and the last steps are all alike; from "
+        "below, the last merger of all decides about the root; codes divide every level at once",
+        question="Bottom-up looks at pairs of clusters and so at the triangles themselves. Why is "
+        "its tree not always the better one?",
+        answer="It is greedy, too: each merger is the best of its moment. The upper levels, which "
+        "almost every ray visits, are left with what the lower ones did not want",
+        source="structures.bvh.builders",
+        sample="suzanne:subdivisions=0",
+        structures=tuple(BUILDERS.values()),
+        suits=keeps_a_log,
+        Settings=Settings,
+        play=play,
+        film="percent",
+    ),
+)
