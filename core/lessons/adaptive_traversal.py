@@ -297,5 +297,6 @@ LESSONS = (
         Settings=Settings,
         play=play,
         film="event",
+        takes_ray=True,
     ),
 )

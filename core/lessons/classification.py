@@ -193,5 +193,6 @@ LESSONS = (
         Settings=Settings,
         play=play,
         film="way",
+        takes_ray=True,
     ),
 )

@@ -228,5 +228,6 @@ LESSONS = (
         play=play_of(CellByCell),
         film="cell",
         **SHARED,
+        takes_ray=True,
     ),
 )

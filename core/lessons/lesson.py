@@ -187,6 +187,8 @@ class Lesson:
         The knob that a film goes through.
     replays : tuple of str
         Knobs after which it is played anew.
+    takes_ray : bool
+        Whether it shows a ray that somebody else may choose, :attr:`Subject.rays`.
     """
 
     name: str
@@ -204,6 +206,7 @@ class Lesson:
     suits: Callable[[Structure], str] = any_structure
     film: str = "frame"
     replays: tuple[str, ...] = ()
+    takes_ray: bool = False
 
     @property
     def place(self) -> int:

@@ -249,5 +249,6 @@ LESSONS = (
         Settings=Settings,
         play=play,
         film="entered",
+        takes_ray=True,
     ),
 )

@@ -173,5 +173,6 @@ LESSONS = (
         Settings=Settings,
         play=play,
         film="cells",
+        takes_ray=True,
     ),
 )

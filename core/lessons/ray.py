@@ -221,5 +221,6 @@ LESSONS = (
         play=play,
         film="event",
         replays=("ray", "cone"),
+        takes_ray=True,
     ),
 )

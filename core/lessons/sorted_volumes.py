@@ -324,6 +324,7 @@ LESSONS = (
         Settings=StageSettings,
         play=play_stages,
         film="stage",
+        takes_ray=True,
     ),
     Lesson(
         name="sorted_volumes",
@@ -342,5 +343,6 @@ LESSONS = (
         Settings=EventSettings,
         play=play_events,
         film="event",
+        takes_ray=True,
     ),
 )

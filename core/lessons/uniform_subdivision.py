@@ -187,5 +187,6 @@ LESSONS = (
         play=play,
         film="resolution",
         replays=("resolution",),
+        takes_ray=True,
     ),
 )

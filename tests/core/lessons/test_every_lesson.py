@@ -7,6 +7,7 @@ import functools
 
 import numpy as np
 import pytest
+from accelscope.core.geometry.rays import Rays
 from accelscope.core.lessons import lessons
 from accelscope.core.lessons.lesson import Lesson
 from accelscope.core.lessons.picture import MOST_SEGMENTS
@@ -149,3 +150,22 @@ def test_a_play_reports_so_that_it_can_be_cancelled(name):
     lesson = lessons()[name]
     with pytest.raises(Cancelled):
         lesson.play(subject_of(name), lesson.Settings(), Stopped())
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if lessons()[name].takes_ray])
+def test_a_given_ray_is_the_one_that_is_shown(name):
+    lesson = lessons()[name]
+    subject, settings = subject_of(name), lesson.Settings()
+    scene = subject.scene
+    corners = np.stack([scene.lower, scene.upper])
+    looks = set()
+    for across in ((0.3, 0.4, 0.45), (0.7, 0.6, 0.55)):
+        target = corners[0] + np.array(across) * (corners[1] - corners[0])
+        origin = corners[0] - 0.2 * (corners[1] - corners[0])
+        rays = Rays.from_arrays(origin[None], (target - origin)[None])
+        play = lesson.play(dataclasses.replace(subject, rays=rays), settings, SILENT)
+        pictures = [play.picture(each) for each in play.on_page(lesson, play.within(settings))]
+        for picture in pictures:
+            check_picture(picture)
+        looks.add(tuple(looks_of(picture) for picture in pictures))
+    assert len(looks) == 2
