@@ -1,22 +1,47 @@
-"""Exhibit "PLOC clusters": the clusters after every iteration, in colours along the curve."""
+"""Lesson "ploc": clusters merge with their nearest neighbours along the Morton curve.
+
+The clusters after every iteration, coloured along the curve; bright are those that have merged just
+now. To the right of the model how many are left, on a logarithmic scale. Mergers and boxes are
+those of the build log. D. Meister, J. Bittner: Parallel Locally-Ordered Clustering for Bounding
+Volume Hierarchy Construction, TVCG 2018.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..colours import ramp
 from ..contract.build_log import MERGE, BuildLog
 from ..geometry.box_shape import box_segments
-from ..progress import SILENT, Progress
+from ..progress import Progress
+from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.build_log import tree_as_built
-from .drawing import Lines, counted, frame_of
-from .exhibit import MOST_SEGMENTS, Exhibit, Frame, Once
+from .drawing import BLUE, ORANGE, Chart, Lines, counted, picture_of
+from .exhibit import Exhibit, exhibit_of_play
+from .lesson import Lesson, Play, Subject
+from .picture import Mark, Picture, Row
 
-FAINT = 0.35
+FAINT = 0.3
 """Opacity of clusters that have not merged in this iteration."""
+
+MOST_CLUSTERS = 400
+"""Clusters that are drawn, evenly along the curve."""
+
+TELLING = 1000, 100, 20, 5
+"""A page shows where there are that many clusters for the first time."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The knob of the lesson."""
+
+    iteration: int = setting(
+        8, "Iteration", "Iterations that are done; 0 has the triangles themselves", minimum=0
+    )
 
 
 class Snapshot(NamedTuple):
@@ -39,44 +64,8 @@ class Snapshot(NamedTuple):
     total: int
 
 
-def ploc_exhibits(bvh: BVH, log: BuildLog) -> list[Exhibit]:
-    """Return the clusters after every iteration, of a tree that PLOC has built.
-
-    Frame 0 has the triangles themselves.
-    """
-    if bvh.settings.builder != "ploc":
-        return []
-    counts = bvh.figures["clusters"]
-
-    @Once
-    def snapshots(progress: Progress) -> list[Snapshot]:
-        return take_snapshots(bvh, log, progress)
-
-    def frame(number: int, progress: Progress = SILENT) -> Frame:
-        shot = snapshots(progress)[number]
-        opacity = np.where(shot.is_new, 1.0, FAINT)
-        colours = np.concatenate([ramp(shot.places), opacity[:, None]], axis=1)
-        lines = Lines(box_segments(shot.boxes), np.repeat(colours, 12, axis=0))
-        if number == 0:
-            caption = f"{counted(shot.total, 'triangle', 'triangles')}, each a cluster"
-        else:
-            merged = counted(counts[number - 1] - shot.total, "merger leaves", "mergers leave")
-            caption = (
-                f"Iteration {number} of {len(counts) - 1}: {merged} "
-                f"{counted(shot.total, 'cluster', 'clusters')}; bright: merged just now"
-            )
-        if len(shot.boxes) < shot.total:
-            caption += f"; drawn: {len(shot.boxes)} of them, evenly along the curve"
-        return frame_of([lines], caption)
-
-    # Where there are that many clusters for the first time.
-    on_page = tuple(dict.fromkeys(sum(n > most for n in counts) for most in (1000, 100, 20, 5)))
-    description = "The clusters after every iteration, coloured along the Morton curve"
-    return [Exhibit("ploc_clusters", "PLOC Clusters", description, len(counts), frame, on_page)]
-
-
 def take_snapshots(bvh: BVH, log: BuildLog, progress: Progress) -> list[Snapshot]:
-    """Return what one frame can show of every iteration; the log has the mergers of each.
+    """Return what one picture can show of every iteration; the log has the mergers of each.
 
     Raises
     ------
@@ -95,7 +84,7 @@ def take_snapshots(bvh: BVH, log: BuildLog, progress: Progress) -> list[Snapshot
 
     def snapshot() -> Snapshot:
         nodes = now[now >= 0]
-        some = nodes[:: -(-len(nodes) // (MOST_SEGMENTS // 12))]
+        some = nodes[:: -(-len(nodes) // MOST_CLUSTERS)]
         return Snapshot(boxes[some], begins[some] / n, is_new[some], len(nodes))
 
     shots, last = [snapshot()], int(step[-1]) if len(step) else 0
@@ -110,3 +99,119 @@ def take_snapshots(bvh: BVH, log: BuildLog, progress: Progress) -> list[Snapshot
         is_new[made[these]] = True
         shots.append(snapshot())
     return shots
+
+
+class Clusters(Play):
+    """The clusters of one tree after every iteration."""
+
+    def __init__(self, bvh: BVH, log: BuildLog, progress: Progress) -> None:
+        self.scene, self.shots = bvh.scene, take_snapshots(bvh, log, progress)
+        self.ends = {"iteration": len(self.shots) - 1}
+
+    def picture(self, settings: Settings) -> Picture:
+        """Return the clusters after some iterations."""
+        number, last = settings.iteration, self.ends["iteration"]
+        shot = self.shots[number]
+        opacity = np.where(shot.is_new, 1.0, FAINT)
+        colours = np.concatenate([ramp(shot.places), opacity[:, None]], axis=1)
+        lines = Lines(box_segments(shot.boxes), np.repeat(colours, 12, axis=0))
+        totals = np.log10([each.total for each in self.shots])
+        chart = Chart.beside(self.scene, 0.0, float(last), float(totals[0]))
+        iterations = np.arange(len(totals))
+        parts = [
+            lines, chart.axes(), chart.curve(iterations, totals, BLUE),
+            chart.mark(number, float(totals[number]), ORANGE),
+        ]  # fmt: skip
+        text = counted(shot.total, "cluster", "clusters")
+        marks = [
+            *chart.named("iterations", "clusters left (logarithmic)"),
+            Mark(chart.at(0.5, 0.9), text, ORANGE[:3]),
+        ]
+        if number == 0:
+            merged = 0
+            caption = f"{counted(shot.total, 'triangle', 'triangles')}, each a cluster"
+        else:
+            merged = self.shots[number - 1].total - shot.total
+            caption = (
+                f"Iteration {number} of {last}: {counted(merged, 'merger leaves', 'mergers leave')}"
+                f" {text}; bright: merged just now"
+            )
+        if len(shot.boxes) < shot.total:
+            caption += f"; drawn: {len(shot.boxes)} of them, evenly along the curve"
+        rows = [
+            Row("Clusters", str(shot.total), "Left after this iteration"),
+            Row("Mergers", str(merged), "Pairs that found each other in this iteration"),
+            Row("Iterations", str(last), "Until one cluster is left, the root"),
+        ]
+        return picture_of(parts, caption, marks=marks, rows=rows)
+
+    def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
+        """Return where there are few enough clusters to tell them apart."""
+        totals = [shot.total for shot in self.shots]
+        return [Settings(number) for number in telling(totals)]
+
+
+def telling(totals: list[int]) -> list[int]:
+    """Return the iterations of a page."""
+    return list(dict.fromkeys(sum(n > most for n in totals) for most in TELLING))
+
+
+def was_clustered(structure: Any) -> str:
+    """Accept trees that PLOC has built, see :attr:`.Lesson.suits`."""
+    if not isinstance(structure, BVH):
+        return f"{structure.label} is no hierarchy of volumes"
+    if structure.settings.builder != "ploc" or structure.is_refitted:
+        return "it was not built by ploc, or its triangles have moved since"
+    if structure.build_log is None:
+        return "no log of its building was kept; build it anew"
+    return ""
+
+
+def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
+    """Read the mergers of every iteration."""
+    bvh = subject.structures[0]
+    assert isinstance(bvh, BVH)
+    assert bvh.build_log is not None
+    return Clusters(bvh, bvh.build_log, progress)
+
+
+LESSONS = (
+    Lesson(
+        name="ploc",
+        label="Clusters That Merge (PLOC)",
+        slide="Contemporary methods",
+        begin="From the bottom up, all clusters that are each other's nearest merge at once",
+        look_for="Neighbours are looked for in a small window along the Morton curve only, and "
+        "every iteration leaves about two thirds or half of the clusters",
+        question="Why must both clusters of a pair be the nearest to each other, and is there "
+        "always such a pair?",
+        answer="So that no cluster is wanted by two others at once, and threads need not agree. "
+        "The pair with the smallest distance of all is always such a pair, so each iteration "
+        "merges at least one",
+        source="structures.bvh.builders.bottom_up.ploc",
+        sample="suzanne:subdivisions=1",
+        structures=("bvh:builder=ploc",),
+        suits=was_clustered,
+        Settings=Settings,
+        play=play,
+        film="iteration",
+    ),
+)
+
+
+def ploc_exhibits(bvh: BVH, log: BuildLog) -> list[Exhibit]:
+    """Return the lesson as an exhibit, of a tree that PLOC has built."""
+    if bvh.settings.builder != "ploc":
+        return []
+    totals = bvh.figures["clusters"]
+    return [
+        exhibit_of_play(
+            "ploc_clusters",
+            "PLOC Clusters",
+            "The clusters after every iteration, coloured along the Morton curve",
+            len(totals),
+            lambda progress: Clusters(bvh, log, progress),
+            Settings,
+            tuple(telling(totals)),
+        )
+    ]

@@ -41,8 +41,8 @@ from .drawing import (
     picture_of,
     solid,
 )
-from .efficiency import magnified
 from .lesson import Lesson, Play, Subject
+from .moves import enlarged_beside
 from .picture import Picture, Row
 from .queues import is_data_parallel
 from .scattering import (
@@ -191,7 +191,7 @@ class Reordering(Play):
             cut_across(this.box, this.axis, this.position)[0],
         )
         own = [part for part in (box, *lines, plane) if isinstance(part, Lines)]
-        return [*own, *magnified(own, this.box, self.scene)]
+        return [*own, *enlarged_beside(own, this.box, self.scene)]
 
     def _caption(self, this: Division, step: int) -> str:
         """Return what the step did, in words."""

@@ -11,7 +11,7 @@ from accelscope.core.evaluation.pages.view import BACKGROUND
 from accelscope.core.evaluation.rays.workloads import workload_named
 from accelscope.core.evaluation.records.experiment import Built, make_record, trace
 from accelscope.core.geometry.box_shape import surface_area
-from accelscope.core.lessons import exhibits_of
+from accelscope.core.lessons import exhibits_left_out, exhibits_of
 from accelscope.core.lessons.exhibit import MOST_SEGMENTS, Exhibit, Frame
 from accelscope.core.structures import structures
 from accelscope.core.structures.bvh import BVH
@@ -73,6 +73,18 @@ def test_frames_are_made_without_touching_the_structure(lab, build):
             np.testing.assert_array_equal(again.segments, exhibit.frame(number).segments)
     np.testing.assert_array_equal(structure.cells().boxes, before[0].boxes)
     np.testing.assert_array_equal(structure.triangles.ids, before[1])
+
+
+def test_without_a_log_there_are_none_and_it_is_said(lab):
+    scene = lab.small_scene("suzanne")
+    settings = BVH.Settings(builder="ploc", optimise="reinsert")
+    without, asked = BVH.build(scene, settings), BVH.build(scene, settings, log=True)
+    names, all_names = ({each.name for each in exhibits_of(bvh)} for bvh in (without, asked))
+    assert all_names - names == {
+        "radix_sort", "radix_2_split", "ploc_clusters", "cost_over_steps", "reinsertions",
+    }  # fmt: skip
+    assert exhibits_left_out(asked) == ""
+    assert "no log" in exhibits_left_out(without)
 
 
 # ---------------------------------------------------------------------------------------- levels

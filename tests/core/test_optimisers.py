@@ -12,8 +12,6 @@ from accelscope.core.contract.build_log import MOVE, REINSERT
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.kernels import call
-from accelscope.core.lessons.exhibit import MOST_SEGMENTS
-from accelscope.core.lessons.rearranging import rearranging_exhibits
 from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.structures.bvh.builders.top_down import binned_sah
 from accelscope.core.structures.bvh.optimisers import OPTIMISERS, rearranging
@@ -568,23 +566,3 @@ def test_optimised_trees_of_others_are_sound(lab, build, builder):
     for scene_name, name in (("mess", "reinsert"), ("cubes", "treelet")):
         bvh = build("bvh", lab.small_scene(scene_name), f"builder={builder},optimise={name}")
         assert bvh.validate() == []
-
-
-# ---------------------------------------------------------------------------------- exhibits
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_exhibits(build, name):
-    scene = make_sample("suzanne:subdivisions=0")
-    bvh = build("bvh", scene, f"builder=spatial_median,optimise={name}", log=True)
-    exhibits = {each.name: each for each in rearranging_exhibits(bvh, bvh.build_log)}
-    kind = {"reinsert": "reinsertions", "treelet": "treelets"}.get(name.split("_")[0])
-    assert set(exhibits) == {"cost_over_steps"} | ({kind} if kind else set())
-    for exhibit in exhibits.values():
-        assert exhibit.count > 1
-        for number in range(exhibit.count):
-            frame = exhibit.frame(number)
-            assert 0 < len(frame.segments) == len(frame.colours) <= MOST_SEGMENTS
-            assert np.isfinite(frame.segments).all()
-    last = exhibits["cost_over_steps"].frame(exhibits["cost_over_steps"].count - 1).caption
-    assert f"{bvh.rearrangement.costs[-1]:.2f}" in last

@@ -1,7 +1,6 @@
 """SBVH: chopping is conservative, the bound holds, nothing is lost, and it pays."""
 
 import dataclasses
-import re
 from fractions import Fraction
 
 import numpy as np
@@ -10,7 +9,6 @@ from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.kernels import kernel
-from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh import BVHSettings
 from accelscope.core.structures.bvh.builders.spatial import sbvh
@@ -367,34 +365,3 @@ def test_damage_is_found(build):
     other[np.flatnonzero(ids == several)[0]] = numbers[counts > 2][1]
     structure.geometry = structure.triangles._replace(ids=other)
     assert "the parts of a triangle do not cover it" in structure.validate()
-
-
-@pytest.mark.parametrize("settings", ["", "optimise=rotate", "duplication=1.1"])
-def test_the_exhibit_counts_what_it_shows(build, settings):
-    from accelscope.core.lessons.exhibit import MOST_SEGMENTS
-    from accelscope.core.scene import Scene
-
-    scene = Scene.from_triangles(thicket(), "thicket")
-    structure = build("bvh", scene, f"builder=sbvh,{settings}".rstrip(","), log=True)
-    (exhibit,) = (each for each in exhibits_of(structure) if each.name == "spatial_splits")
-    made = structure.statistics().extra["spatial_splits"]
-    depths = np.repeat(np.arange(len(made)), made)[: exhibit.count]
-    assert exhibit.count == min(sum(made), 12)
-    for number, depth in enumerate(depths):
-        frame = exhibit.frame(number)
-        assert f"at depth {depth}:" in frame.caption
-        counts = re.search(r"(\d+) references into (\d+) .* and (\d+) .*; (\d+)", frame.caption)
-        size, left, right, both = (int(count) for count in counts.groups())
-        assert size == left + right - both
-        assert both > 0
-        assert 0 < len(frame.segments) <= MOST_SEGMENTS
-        assert len(frame.colours) == len(frame.segments)
-
-
-def test_without_spatial_splits_there_is_no_exhibit(build):
-    from accelscope.core.scene import Scene
-
-    scene = Scene.from_triangles(thicket(), "thicket")
-    for settings in ("builder=sbvh,duplication=1", "builder=binned_sah"):
-        names = [each.name for each in exhibits_of(build("bvh", scene, settings, log=True))]
-        assert "spatial_splits" not in names
