@@ -93,11 +93,12 @@ class AdaptiveSystems(Play):
             shown = (cells.depth == depth) | (cells.is_leaf & (cells.depth < depth))
             section = section_of(cells, np.flatnonzero(shown), plane).moved(shift)
             colours = np.tile((*GREY[:3], FAINT), (len(cells), 1))
-            newest = (cells.depth == depth) & (depth > 0)
-            colours[newest] = *RED[:3], 0.8
+            newest = np.flatnonzero((cells.depth == depth) & (depth > 0))
             fills = np.tile((*ORANGE[:3], 0.3), (len(cells), 1))
             full = np.flatnonzero(shown & cells.is_leaf & (cells.count > 0))
             parts += [section.of(full).faces(fills), section.lines(colours)]
+            colours[newest] = *RED[:3], 0.8
+            parts.append(section.of(newest).raised(self.scene).lines(colours))
             parts.append(outline_beside(outlines, shift))
             marks.append(Mark(title_place(self.scene, plane, shift), name))
             costs = self.costs[number]

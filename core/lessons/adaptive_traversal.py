@@ -137,7 +137,7 @@ class WalkShown:
         if not len(self.nodes):
             return parts + list(walked.ray_lines(shift))
         so_far, kinds = self.nodes[: event + 1], self.kinds[: event + 1]
-        section = self.section.moved(shift)
+        section = self.section.moved(shift).raised(walked.structure.scene)
         for kind, colour in ((VISIT_LEAF, ORANGE), (VISIT_EMPTY, BLUE)):
             places = cells.places_of(so_far[kinds == kind])
             fills = np.tile((*colour[:3], 0.3), (len(cells), 1))
@@ -148,7 +148,7 @@ class WalkShown:
         parts.append(section.of(held).lines(colours))
         now = cells.places_of(so_far[-1:])
         colours[now] = RED
-        parts.append(section.of(now).lines(colours))
+        parts.append(section.of(now).raised(walked.structure.scene).lines(colours))
         last = event == len(self.nodes) - 1
         return parts + list(walked.ray_lines(shift, np.inf if last else self.reached(event)))
 

@@ -136,7 +136,7 @@ class Mailbox(Play):
         if len(visits):
             now = cells.places_of(steps.cell[visits[-1:]])
             colours[now] = ORANGE if steps.kind[visits[-1]] == VISIT_LEAF else BLUE
-            parts.append(self.section.of(now).lines(colours))
+            parts.append(self.section.of(now).raised(self.scene).lines(colours))
         return parts
 
     def objects(self, met: list[int], event: int) -> list[Lines | Faces]:

@@ -56,7 +56,8 @@ class Entered:
         self.structure, self.walked, self.plane, self.shift = structure, walked, plane, shift
         leaves = np.flatnonzero(walked.cells.is_leaf)
         self.section = section_of(walked.cells, leaves, plane).moved(shift)
-        self.entered = section_of(walked.cells, np.unique(walked.places), plane).moved(shift)
+        entered = section_of(walked.cells, np.unique(walked.places), plane)
+        self.entered = entered.moved(shift).raised(structure.scene)
 
     def tested(self, count: int) -> np.ndarray:
         """Return the items that are tested in the first cells, each once."""

@@ -113,7 +113,7 @@ class SubdivisionCriteria(Play):
             colours[newest] = RED
             fills = np.tile((*ORANGE[:3], 0.35), (len(cells), 1))
             parts += [section.of(np.flatnonzero(waiting)).faces(fills), section.lines(colours)]
-            parts += [section.of(np.flatnonzero(newest)).lines(colours)]
+            parts.append(section.of(np.flatnonzero(newest)).raised(self.scene).lines(colours))
             parts.append(outline_beside(self.contour, shift))
             marks.append(Mark(title_place(self.scene, self.plane, shift), ORDERS[name]))
             costs = self.costs[name]
