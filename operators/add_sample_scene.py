@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty
 
-from ..addon.drawing.viewport import look_at
+from ..addon.drawing.viewport import look_at, turn_to_front
 from ..addon.results.wording import refusal_in_panel
 from ..addon.settings import generated
 from ..addon.to_blender import sample_objects
@@ -74,9 +74,8 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
         self.layout.prop(self, "sample")
         self.layout.prop(self, "only")
         for field in dataclasses.fields(samples()[self.sample].Settings):
-            row = self.layout.row()
-            row.active = has_effect(field, self.group())
-            row.prop(self, f"{self.sample}_{field.name}")
+            if has_effect(field, self.group()):
+                self.layout.prop(self, f"{self.sample}_{field.name}")
 
     def group(self) -> SimpleNamespace:
         """Return the settings of the chosen sample by field name."""
@@ -100,6 +99,7 @@ class ACCELSCOPE_OT_add_sample_scene(bpy.types.Operator):
             text += f" and {len(others) - MOST_NAMED} more" * (len(others) > MOST_NAMED)
         if context.area is not None and context.area.type == "VIEW_3D":
             box = np.concatenate([scene.lower, scene.upper])
+            turn_to_front(context.area)
             look_at(context.area, corners_of(box[None])[0])
         self.report({"INFO"}, printable(text))
         return {"FINISHED"}

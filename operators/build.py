@@ -54,18 +54,10 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        from ..core.evaluation.records.report import show_number, show_seconds
-        from ..core.printing import show_integer
-
         session.current.set_built(result)
         session.current.show_exhibit(context)
         session.current.show_plane(context)
-        sah = show_number(result.record["statistics"]["sah"])
-        n_cells = show_integer(len(result.drawable.cells))
-        text = (
-            f"{result.built.structure.label}: SAH {sah}, "
-            f"{n_cells} cells, {show_seconds(result.built.seconds)}"
-        )
+        text = session.current.headline()
         if dropped := result.snapshot.scene.dropped:
             text += f"; {dropped} triangles that are not finite were left out"
         return "; ".join([text, *result.snapshot.scene.notes])

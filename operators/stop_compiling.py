@@ -16,6 +16,10 @@ class ACCELSCOPE_OT_stop_compiling(bpy.types.Operator):
     )
     bl_options = {"INTERNAL"}
 
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return compile_ahead.running() is not None
+
     def execute(self, context: bpy.types.Context) -> set[str]:
         compile_ahead.stop()
         return {"FINISHED"}

@@ -9,7 +9,7 @@ import bpy
 from bpy.props import EnumProperty
 
 from ..addon import jobs
-from ..addon.drawing.viewport import largest, look_at, turn_to_front
+from ..addon.drawing.viewport import largest, turn_to_front
 from ..addon.from_blender import extraction
 from ..addon.results import film, lesson_view, session
 from ..addon.results.lesson_view import Ready
@@ -115,7 +115,7 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
         if area is not None:
             view.arrange(area)
             turn_to_front(area)
-            look_at(area, view.points())
+            view.frame(context, area)
         return ready.lesson.label
 
     def give_up(self) -> None:

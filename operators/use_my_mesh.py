@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..addon import jobs
+from ..addon.from_blender import extraction
 from ..addon.results import lesson_view
 from ..addon.to_blender import lesson_scene
 from .end_lesson import end
@@ -26,6 +27,12 @@ class ACCELSCOPE_OT_use_my_mesh(bpy.types.Operator):
             return False
         if context.mode != "OBJECT":
             cls.poll_message_set("Go to object mode")
+            return False
+        home = context.scene
+        if lesson_scene.is_ours(home):
+            home = home[lesson_scene.HOME] or home
+        if not extraction.has_members(home.view_layers[0], extraction.VISIBLE):
+            cls.poll_message_set("There is no visible mesh object in your scene")
             return False
         return True
 

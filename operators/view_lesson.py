@@ -24,9 +24,7 @@ class ACCELSCOPE_OT_view_lesson(bpy.types.Operator):
         return context.area is not None and context.area.type == "VIEW_3D"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        from ..addon.drawing.viewport import look_at
-
-        look_at(context.area, lesson_view.current.points())
+        lesson_view.current.frame(context, context.area)
         return {"FINISHED"}
 
 

@@ -40,12 +40,11 @@ class SidebarPanel:
 
 
 def draw_settings(layout: bpy.types.UILayout, group: Any, settings_type: type) -> None:
-    """Draw the settings that a generated group holds; grey where they change nothing."""
+    """Draw the settings that a generated group holds, but for those that change nothing."""
     column = layout.column()
     for field in dataclasses.fields(settings_type):
-        row = column.row()
-        row.active = has_effect(field, group)
-        row.prop(group, field.name)
+        if has_effect(field, group):
+            column.prop(group, field.name)
 
 
 def draw_range(layout: bpy.types.UILayout, group: Any, name: str, text: str | None = None) -> None:

@@ -57,6 +57,8 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
                 row.operator("accelscope.compare_over_timeline")
             if jobs.refusal():
                 draw_wrapped(layout, jobs.refusal(), "CANCEL", width)
+            if headline := session.current.headline():
+                draw_wrapped(layout, headline, "NONE", width)
             status = session.current.status(context, at_once=False)
             stale = "ERROR" if session.current.built else "INFO"
             icon = "CHECKMARK" if status.up_to_date else stale

@@ -12,7 +12,7 @@ Nothing here holds a reference to Blender's data, so undo, file load and deleted
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -38,6 +38,9 @@ HIDDEN_OPACITY, HIDDEN_OPACITY_OF_FEW = 0.25, 0.5
 
 FEW_LINES = 2000
 """So many lines do not hide each other."""
+
+FADED = 0.3
+"""How opaque cells are that are not those of the scene any more."""
 
 TINT_COVER = 0.6
 """Share of the view that tinted empty leaves cover together, at full opacity."""
@@ -133,6 +136,8 @@ class _Overlay:
         self.drawn: _Drawn | None = None
         self.cells_hidden = False
         self.without_cells = 0
+        self.is_stale: Callable[[bpy.types.Context], bool] = lambda context: False
+        self.strength = 1.0
         self.layers: dict[str, _Layer] = {}
 
 
@@ -175,6 +180,11 @@ def hide_cells(hidden: bool) -> None:
     """Leave out the cells from the next draw on, whatever the display settings say."""
     _overlay.cells_hidden = hidden
     tag_redraw()
+
+
+def fade_if(is_stale: Callable[[bpy.types.Context], bool]) -> None:
+    """Draw cells faint where this says that they are not those of the scene any more."""
+    _overlay.is_stale = is_stale
 
 
 def hide_cells_in(owner: int) -> None:
@@ -240,6 +250,7 @@ def _draw_callback() -> None:
         properties = getattr(context.scene, "accelscope", None)
         if properties is None or not context.space_data.overlay.show_overlays:
             return
+        _overlay.strength = FADED if _overlay.is_stale(context) else 1.0
         has_cells = context.scene.session_uid != _overlay.without_cells
         draw(properties.display, context.preferences.system.pixel_size, has_cells)
     except Exception as error:  # whatever it is, Blender would go on calling
@@ -336,7 +347,8 @@ def _bind_faces(
     shader.uniform_float("plain_colour", INNER_COLOUR)
     step = selection.step_shown(drawable.extent, display)
     area = faces.areas.total(display.depth_min, display.depth_max, step)
-    opacity = face_opacity(area, drawable.surface, cover * display.opacity)
+    strength = display.opacity * _overlay.strength
+    opacity = face_opacity(area, drawable.surface, cover * strength)
     shader.uniform_float("opacity", opacity)
     return shader
 
@@ -355,7 +367,7 @@ def _draw_lines(tools: _Tools, drawn: _Drawn, display: Any, pixel_size: float) -
     shader.bind()
     overlay_shader.set_view(shader, width)
     _set_colouring(shader, tools, drawable.extent, display)
-    shader.uniform_float("opacity", display.opacity * min(width, 1.0))
+    shader.uniform_float("opacity", display.opacity * _overlay.strength * min(width, 1.0))
     shader.uniform_int("leaves_only", 0)
     if display.planes:
         first, last = selection.depth_run(drawable.plane_faces.depth, display)

@@ -30,7 +30,7 @@ LINE_WIDTH = 1.8
 HIDDEN_FACES = 0.4
 """Opacity of those parts of faces that lie behind something."""
 
-BRIGHT, DARK_ENOUGH = 0.4, 0.42
+BRIGHT, DARK_ENOUGH = 0.4, 0.55
 """Luminance from which on a background is bright, and that lines on it have at most."""
 
 DARK_TEXT, BRIGHT_TEXT = 0.3, 0.55
@@ -39,10 +39,13 @@ DARK_TEXT, BRIGHT_TEXT = 0.3, 0.55
 LARGE = 1.7
 """How much larger large text is."""
 
+MOST_FOR_FIGURES = 0.4
+"""Share of the viewport's width that is kept free for figures at most."""
+
 BACKDROP = 0.72
 """Opacity of what is behind a text."""
 
-IMAGE_SHARE = 0.3
+IMAGE_SHARE = 0.36
 """Width of an image, as a share of the viewport's."""
 
 Colour = tuple[float, float, float]
@@ -156,18 +159,39 @@ def _lines_and_faces(context: bpy.types.Context, drawn: _Drawn) -> None:
 
 
 def _texts_and_images(context: bpy.types.Context, drawn: _Drawn) -> None:
-    system, region = context.preferences.system, context.region
-    points = context.preferences.ui_styles[0].widget.points
-    is_large = context.scene.accelscope.teaching.large_text
+    region, is_large = context.region, context.scene.accelscope.teaching.large_text
     draw_texts_and_images(
         drawn,
         np.array(context.region_data.perspective_matrix),
         (region.width, region.height),
         room_in(context.area),
-        points * system.ui_scale,
+        text_size(context, is_large),
         background(context),
         is_large,
     )
+
+
+def text_size(context: bpy.types.Context, is_large: bool) -> float:
+    """Return the size of texts in pixels."""
+    points = context.preferences.ui_styles[0].widget.points
+    return points * context.preferences.system.ui_scale * (LARGE if is_large else 1.0)
+
+
+def room_for_lines(context: bpy.types.Context, area: bpy.types.Area, is_large: bool) -> Room:
+    """Return what of a viewport is left for lines and faces by the words in it, in pixels."""
+    room = room_in(area)
+    if not is_large or _state.drawn is None:
+        return room
+    screen = _Screen(text_size(context, is_large), (0.0, 0.0, 0.0))
+    inner = screen.inside(room)
+    words = _draw_words(screen, _state.drawn, inner, [])
+    # Figures stand at the left, the caption below; the heading is short.
+    figures = [each for each in words if each.bottom > 0.5 * (inner.bottom + inner.top)][1:]
+    caption = [each for each in words if each not in figures][1:]
+    left = max((each.right for each in figures), default=room.left)
+    left = min(left, room.left + MOST_FOR_FIGURES * (room.right - room.left))
+    bottom = max((each.top for each in caption), default=room.bottom)
+    return Room(left, bottom, room.right, inner.top - screen.line)
 
 
 def background(context: bpy.types.Context) -> Colour:
@@ -217,7 +241,7 @@ def draw_lines_and_faces(drawn: _Drawn, pixel_size: float, is_bright: bool) -> N
             shader = _state.tools.panes
             shader.bind()
             overlay_shader.set_view(shader)
-            overlay_shader.draw_twice(shader, drawn.panes, HIDDEN_FACES, brightest)
+            overlay_shader.draw_twice(shader, drawn.panes, HIDDEN_FACES)
         if len(picture.segments):
             few = len(picture.segments) <= FEW_LINES
             shader = _state.tools.lines
@@ -233,7 +257,7 @@ def draw_lines_and_faces(drawn: _Drawn, pixel_size: float, is_bright: bool) -> N
 
 
 def draw_texts_and_images(
-    drawn: _Drawn, matrix: np.ndarray, size: tuple[int, int], room: Room, points: float,
+    drawn: _Drawn, matrix: np.ndarray, size: tuple[int, int], room: Room, text_size: float,
     behind: Colour, is_large: bool,
 ) -> None:  # fmt: skip
     """Draw what stands on the screen, in pixels from the lower left of a region.
@@ -246,17 +270,15 @@ def draw_texts_and_images(
         Of the region.
     room : Room
         What of it is not covered.
-    points : float
-        Size of the interface's text, in pixels.
+    text_size : float
+        In pixels.
     behind : (3,) of float
         What the viewport has behind everything.
     is_large : bool
         For a projector: heading, figures and caption stand in the viewport, too.
     """
-    text_size = points * (LARGE if is_large else 1.0)
-    edge = 0.8 * text_size
-    inner = Room(room.left + edge, room.bottom + edge, room.right - edge, room.top - edge)
     screen = _Screen(text_size, behind)
+    inner = screen.inside(room)
     taken = []
     if drawn.picture.images:
         taken.append(_draw_image(screen, drawn, inner))
@@ -282,6 +304,11 @@ class _Screen:
         self._texts: list[tuple[str, float, float, Colour]] = []
         self._rectangles: list[Room] = []
         blf.size(0, text_size)
+
+    def inside(self, room: Room) -> Room:
+        """Return a room without its edge, where no text stands."""
+        edge = 0.8 * self.text_size
+        return Room(room.left + edge, room.bottom + edge, room.right - edge, room.top - edge)
 
     @property
     def line(self) -> float:

@@ -23,7 +23,7 @@ FRONT_RIGHT_ABOVE = (0.55, -0.75, 0.42)
 """Where the eye stands in the pictures of pages, seen from the middle of the scene."""
 
 
-def look_at(area: bpy.types.Area, points: np.ndarray) -> None:
+def look_at(area: bpy.types.Area, points: np.ndarray, room: Room | None = None) -> None:
     """Move a viewport, not turn it, so that it just shows all points beside its sidebar.
 
     Parameters
@@ -32,6 +32,8 @@ def look_at(area: bpy.types.Area, points: np.ndarray) -> None:
         Of type ``VIEW_3D``.
     points : (n, 3) float64
         At least one.
+    room : Room, optional
+        Where they shall be seen, in pixels; by default wherever nothing covers the viewport.
     """
     from ...core.evaluation.pages.picture_cameras import standpoint
 
@@ -42,7 +44,7 @@ def look_at(area: bpy.types.Area, points: np.ndarray) -> None:
     # Blender looks along the third axis, backwards.
     axes = np.array(view.view_rotation.to_matrix()).T * [[1], [1], [-1]]
     seen = points @ axes.T
-    slopes = slopes_of(area, space.lens)
+    slopes = slopes_of(area, space.lens, room)
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle = 0.5 * (low + high)
     if view.view_perspective == "PERSP":
@@ -58,14 +60,14 @@ def look_at(area: bpy.types.Area, points: np.ndarray) -> None:
     view.view_location = Vector(middle @ axes)
 
 
-def slopes_of(area: bpy.types.Area, lens: float) -> Slopes:
+def slopes_of(area: bpy.types.Area, lens: float, room: Room | None = None) -> Slopes:
     """Return how far a viewport shows to the left and right, down and up, per distance forward.
 
     What headers, toolbar and sidebar cover does not count.
     """
     from ...core.evaluation.pages.picture_cameras import MARGIN
 
-    window, room = window_of(area), room_in(area)
+    window, room = window_of(area), room or room_in(area)
     # In units of half a pixel.
     unit = MARGIN * SENSOR / lens / max(window.width, window.height)
     left, right = unit * (window.width - 2 * room.left), unit * (2 * room.right - window.width)

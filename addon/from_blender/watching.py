@@ -14,6 +14,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from .. import handlers, jobs
+from ..drawing import overlay
 from .snapshot import Look
 
 DELAY = 0.15
@@ -29,6 +30,9 @@ watched: list[Look] = []
 """How the scene looked that was built over, and those looked that work under way has taken."""
 
 _last_update = 0.0
+
+_found: list[str] = []
+"""The changes that the last comparison has found."""
 
 
 @persistent
@@ -74,7 +78,12 @@ def _compare() -> float | None:
             is_complete = look.compare(bpy.context.evaluated_depsgraph_get(), until)
         if not is_complete:
             return PAUSE
-    jobs.redraw_sidebars()
+    found = [layer.change for look in watched for layer in look.layers.values()]
+    if found == _found:
+        jobs.redraw_sidebars()
+    else:  # what is drawn is faded, or is not any more
+        _found[:] = found
+        overlay.tag_redraw()
     return None
 
 

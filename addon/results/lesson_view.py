@@ -22,6 +22,7 @@ from ...core.printing import print_lines, print_traceback, printable
 from .. import handlers, jobs
 from ..drawing import overlay, picture_overlay
 from ..drawing.arrangement import Arrangement, arrange
+from ..drawing.viewport import largest, look_at
 from ..from_blender import watching
 from ..settings import generated
 from .wording import refusal_in_panel
@@ -148,6 +149,20 @@ class LessonView:
         scene = self.subject.scene
         corners = corners_of(np.concatenate([scene.lower, scene.upper])[None])[0]
         return corners if self.picture is None else np.concatenate([corners, self.picture.points()])
+
+    def frame(self, context: bpy.types.Context, area: bpy.types.Area) -> None:
+        """Move a viewport so that it shows the scene and all that is drawn."""
+        owner = owner_scene() or context.scene  # an operator may just have come to it
+        is_large = owner.accelscope.teaching.large_text
+        look_at(area, self.points(), picture_overlay.room_for_lines(context, area, is_large))
+
+    def frame_again(self, owner: bpy.types.Scene) -> None:
+        """Do so in the windows of its scene: words take another part of the viewport now."""
+        for window in bpy.context.window_manager.windows:
+            area = largest(window)
+            if self.is_in(owner) and window.scene == owner and area is not None:
+                self.frame(bpy.context, area)
+        overlay.tag_redraw()
 
     def arrange(self, area: bpy.types.Area) -> None:
         """Arrange a viewport for lessons; how it was is kept."""

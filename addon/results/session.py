@@ -8,6 +8,7 @@ and are dropped when another file is loaded. Whether they are still those of the
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import math
 import sys
 from dataclasses import dataclass, field
@@ -18,8 +19,9 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from ...core.errors import InputError
-from ...core.printing import print_lines
+from ...core.printing import print_lines, show_integer
 from ...core.scene.placing import KEEP
+from ...core.settings import has_effect
 from .. import handlers, jobs
 from ..drawing import overlay
 from ..drawing.drawable import Drawable
@@ -311,6 +313,49 @@ class Session:
             return f"{self.built.structure.label} was built"
         return "" if settings == self.built.structure.settings else "the settings were changed"
 
+    def what_was_built(self) -> tuple[str, list[tuple[str, str]]]:
+        """Return the name of the structure, and its settings that are not the defaults, in words.
+
+        Those that change nothing beside the others are left out.
+        """
+        assert self.built is not None
+        settings: Any = self.built.structure.settings
+        changed = []
+        for each in dataclasses.fields(settings):
+            value = getattr(settings, each.name)
+            if value != each.default and has_effect(each, settings):
+                text = generated.name_of(value) if each.metadata["choices"] else to_words(value)
+                changed.append((each.metadata["label"], text))
+        return self.built.structure.label, changed
+
+    def headline(self) -> str:
+        """Say in one line what the build came to; "" before the first."""
+        from ...core.evaluation.records.report import show_number, show_seconds
+
+        if self.built is None or self.record is None or self.drawable is None:
+            return ""
+        sah = show_number(self.record["statistics"]["sah"])
+        n_cells = show_integer(len(self.drawable.cells))
+        seconds = show_seconds(self.built.seconds)
+        return f"{self.built.structure.label}: SAH {sah}, {n_cells} cells, {seconds}"
+
+    def is_stale(self, context: bpy.types.Context) -> bool:
+        """Say whether what was built is known not to be that of the scene any more.
+
+        Cheap: it compares nothing, and is asked at every redraw.
+        """
+        if self.built is None or self.snapshot is None:
+            return False
+        look = self.snapshot.look
+        if look.owner != context.scene.session_uid:
+            return True
+        is_settled = look.is_settled_for(context.view_layer)
+        return bool(
+            (is_settled and look.change_in(context.view_layer))
+            or self.other_view
+            or self._other_settings(context)
+        )
+
     def notes(self) -> tuple[str, ...]:
         """Return what the file has and the scene that was built over has not, in sentences."""
         return self.snapshot.scene.notes if self.snapshot else ()
@@ -345,6 +390,13 @@ class Session:
         return (
             f"hits {scene.primitive_name} {within} of {name} at t = {hits.t[self.step_index]:.6g}"
         )
+
+
+def to_words(value: Any) -> str:
+    """Return the value of a setting as the panel shows it."""
+    if isinstance(value, bool):
+        return "On" if value else "Off"
+    return " x ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 current = Session()
@@ -409,6 +461,7 @@ HANDLERS = (
 def register() -> None:
     """Start listening to Blender, which may load another file."""
     handlers.listen(HANDLERS)
+    overlay.fade_if(lambda context: current.is_stale(context))
 
 
 def unregister() -> None:

@@ -32,16 +32,31 @@ T = TypeVar("T", bound="DataclassInstance")
 INT_LIMIT = 2**31 - 1
 FLOAT_LIMIT = float(np.finfo(np.float32).max)
 
+NAMES = {"bsp": "BSP Tree", "bvh": "BVH", "grid": "Uniform Grid", "kdtree": "kd-Tree",
+         "macro_grid": "Grid with Macro-Cells"}  # fmt: skip
+"""What structures are called that are not called by their words."""
+
+SMALL = "and", "of", "on", "or"
+"""Words that titles do not capitalise."""
+
 ACRONYMS = "aabb", "fifo", "hlbvh", "lbvh", "obb", "ploc", "sah", "sbvh", "str"
 """Words of choices that are written in capitals."""
 
 
 def name_of(key: str) -> str:
     """Return what a choice is called in the panel: ``"binned_sah"`` is ``"Binned SAH"``."""
-    if key.startswith("kdop"):
-        return f"{key.removeprefix('kdop')}-DOP"
-    words = key.replace("rtree", "R-tree").capitalize().split("_")
-    return " ".join(word.upper() if word.lower() in ACRONYMS else word for word in words)
+    return NAMES.get(key) or " ".join(map(_word, key.split("_")))
+
+
+def _word(word: str) -> str:
+    """Return a word of a choice as titles write it."""
+    if word.startswith("kdop"):
+        return f"{word.removeprefix('kdop')}-DOP"
+    if word in ACRONYMS:
+        return word.upper()
+    if word == "rtree":
+        return "R-tree"
+    return word if word in SMALL else word.capitalize()
 
 
 def label_of(field: dataclasses.Field) -> str:
@@ -66,8 +81,8 @@ def property_of(field: dataclasses.Field, condition: str = "", **options: Any) -
     Parameters
     ----------
     condition : str
-        See :func:`condition_of`. Where a setting has no effect it is grey, and its description says
-        why.
+        See :func:`condition_of`. Where a setting has no effect the panel does not show it; for
+        scripts its description says so.
     **options
         What else Blender is to know, such as ``update``.
     """

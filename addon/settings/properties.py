@@ -41,6 +41,11 @@ COLOURINGS = {
     ),
 }
 
+LECTURE = (
+    "naive", "sorted_volumes", "bvh", "grid", "octree", "kdtree", "bsp", "macro_grid",
+)  # fmt: skip
+"""Structures in the order in which the lecture comes to them; all others follow."""
+
 _loaded: list[type] = []
 """Property groups that are registered; the root is the last."""
 
@@ -225,6 +230,10 @@ def _teach_chosen(group: Any, context: bpy.types.Context) -> None:
         lesson_view.ask("teach", scene, subject="MESH" if view.is_own else "SAMPLE")
 
 
+def _frame_again(group: Any, context: bpy.types.Context) -> None:
+    lesson_view.current.frame_again(group.id_data)
+
+
 def _hide_cells(group: Any, context: bpy.types.Context) -> None:
     if lesson_view.current.is_in(group.id_data):
         lesson_view.current.hide_cells(group.id_data)
@@ -246,7 +255,7 @@ def _teaching_properties(lessons: Mapping[str, Any]) -> dict[str, Any]:
             name="Large Text",
             description="For a projector: larger text in the viewport, and with it the title, the "
             "figures and the caption",
-            default=False, update=_redraw,
+            default=False, update=_frame_again,
         ),
         "hide_cells": BoolProperty(
             name="Hide Cells", description="Leave out the cells of what was built meanwhile",
@@ -279,6 +288,14 @@ def _knobs_of(lesson: Any) -> dict[str, Any]:
 
 def _last_of_knob(lesson: str, knob: str, group: Any) -> int | None:
     return lesson_view.end_of(lesson, knob)
+
+
+def in_lecture(entries: Mapping[str, Any]) -> dict[str, Any]:
+    """Return structures in the order of the lecture."""
+    known = [name for name in LECTURE if name in entries]
+    return {
+        name: entries[name] for name in [*known, *(each for each in entries if each not in known)]
+    }
 
 
 def is_loaded() -> bool:
@@ -327,7 +344,8 @@ def load() -> None:
         ),
         **properties_of(PlacingSettings),
         "structure": choice_of(
-            structures(), "bvh", name="Structure", description="Acceleration structure to build"
+            in_lecture(structures()), "bvh", name="Structure",
+            description="Acceleration structure to build",
         ),
         "structures": PointerProperty(type=make_all("structure", structures())),
         "workload": choice_of(

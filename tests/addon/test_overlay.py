@@ -152,7 +152,7 @@ def test_disable_lets_go_of_the_cells():
 
 def fake_blender(monkeypatch, settings, show_overlays=True):
     context = SimpleNamespace(
-        scene=SimpleNamespace(accelscope=SimpleNamespace(display=settings)),
+        scene=SimpleNamespace(accelscope=SimpleNamespace(display=settings), session_uid=1),
         space_data=SimpleNamespace(overlay=SimpleNamespace(show_overlays=show_overlays)),
         preferences=SimpleNamespace(system=SimpleNamespace(pixel_size=2.0)),
         window_manager=SimpleNamespace(windows=[]),
@@ -171,7 +171,7 @@ def test_callback_honours_show_overlays_and_missing_properties(monkeypatch):
     overlay._draw_callback()
     del context.scene.accelscope  # the extension is being disabled
     overlay._draw_callback()
-    assert drawn == [(settings, 2.0)]
+    assert drawn == [(settings, 2.0, True)]
 
 
 def test_a_failure_is_reported_once_and_switches_off(monkeypatch, capsys):

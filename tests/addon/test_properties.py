@@ -89,7 +89,22 @@ def test_sample_settings_are_the_operators(bpy: Any, name: str) -> None:
 def test_choices_are_the_registries(root: Any) -> None:
     items = {key: [item.identifier for item in root.bl_rna.properties[key].enum_items]
              for key in ("structure", "workload")}  # fmt: skip
-    assert items == {"structure": list(structures()), "workload": list(workloads())}
+    assert items["workload"] == list(workloads())
+    assert sorted(items["structure"]) == sorted(structures())
+    # In the order of the lecture, and before all that is not in it.
+    assert items["structure"][:4] == ["naive", "sorted_volumes", "bvh", "grid"]
+
+
+def test_choices_are_named_as_titles() -> None:
+    from accelscope.addon.settings.generated import name_of
+
+    names = {"object_median": "Object Median", "obb_and_kdop14": "OBB and 14-DOP", "fifo": "FIFO",
+             "rtree_str": "R-tree STR", "lbvh_parallel": "LBVH Parallel"}  # fmt: skip
+    assert {key: name_of(key) for key in names} == names
+    # Where a structure is a choice, it is called what it is called itself.
+    assert {key: name_of(key) for key in structures()} == {
+        key: structure.label for key, structure in structures().items()
+    }
 
 
 def test_numbers_of_choices_survive_blenders_buttons(root: Any) -> None:

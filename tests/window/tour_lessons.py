@@ -6,7 +6,6 @@ large text; the pictures are there to be looked at.
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from pathlib import Path
@@ -30,11 +29,14 @@ from guide import (
 )
 from session import Steps
 
-ONLY = os.environ.get("ACCELSCOPE_LESSONS", "").split()
-"""Names of lessons to be looked at alone, while one of them is being made."""
+ONLY = sys.argv[sys.argv.index("--") + 2 :] if "--" in sys.argv else []
+"""Names of lessons to be looked at alone, behind the zip, while one of them is being made."""
 
 NEXT = 0.86
 """Where the button of the next lesson is, as a share of the sidebar's width."""
+
+END = 0.25
+"""Where End Lesson is, left of Use My Mesh."""
 
 LIGHT = Path(bpy.utils.system_resource("SCRIPTS")) / "presets/interface_theme/Blender_Light.xml"
 
@@ -149,7 +151,7 @@ def go_through_all() -> Steps:
 def go_back() -> Steps:
     """End Lesson goes back to the user's scene, and leaves nothing behind."""
     session.move(*(session.region("UI").x + 100, session.region("UI").y + 300))
-    yield from session.press("accelscope.end_lesson(")
+    yield from session.press("accelscope.end_lesson(", across=END)
     yield lambda: bpy.context.window.scene.name == "Scene"
     assert [scene.name for scene in bpy.data.scenes] == ["Scene"]
     assert [mesh.name for mesh in bpy.data.meshes] == ["Cube"]

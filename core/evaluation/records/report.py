@@ -135,33 +135,45 @@ UNITS: dict[str, Callable[[Any], str]] = {
 
 
 class Row(NamedTuple):
-    """Where a value stands in a record, and how it is shown."""
+    """Where a value stands in a record, how it is shown, and what it means in one sentence."""
 
     section: str
     label: str
     path: tuple[str, ...]
     unit: str
     column: str = ""
+    meaning: str = ""
+
+
+def _row(section: str, label: str, path: str, unit: str, meaning: str, column: str = "") -> Row:
+    return Row(section, label, tuple(path.split(".")), unit, column, meaning)
 
 
 SCENE_AND_BUILD = (
-    Row("Scene", "Triangles", ("scene", "triangles"), "count", "triangles"),
-    Row("Scene", "Instances", ("scene", "instances", "count"), "count"),
-    Row("Scene", "Triangles of meshes", ("scene", "instances", "triangles"), "count"),
-    Row("Scene", "Dropped triangles", ("scene", "dropped_triangles"), "count"),
-    Row("Build", "Build time", ("build", "seconds"), "seconds", "build"),
-    Row("Build", "Memory", ("build", "bytes"), "bytes", "memory"),
-)
+    _row("Scene", "Triangles", "scene.triangles", "count",
+         "what is built over, those of instances each time", "triangles"),
+    _row("Scene", "Instances", "scene.instances.count", "count", "places in which meshes are"),
+    _row("Scene", "Triangles of meshes", "scene.instances.triangles", "count",
+         "triangles of the meshes that are in those places, each mesh counted once"),
+    _row("Scene", "Dropped triangles", "scene.dropped_triangles", "count",
+         "triangles left out, since a corner is not finite"),
+    _row("Build", "Build time", "build.seconds", "seconds",
+         "time of the building alone, in which nothing was compiled", "build"),
+    _row("Build", "Memory", "build.bytes", "bytes", "what the finished structure takes", "memory"),
+)  # fmt: skip
 
 RAYS = (
-    Row("Rays", "Rays", ("rays", "count"), "count"),
-    Row("Rays", "Hits", ("trace", "hits"), "count", "hits"),
-    Row("Rays", "Trace time", ("trace", "seconds"), "seconds"),
-    Row("Rays", "Rays per second", ("trace", "rays_per_second"), "count"),
-    Row("Rays", "Cells made", ("trace", "lazy", "cells"), "count"),
-    Row("Rays", "of the time, making them", ("trace", "lazy", "seconds"), "seconds"),
-    Row("Rays", "in passes", ("trace", "lazy", "passes"), "count"),
-)
+    _row("Rays", "Rays", "rays.count", "count", "rays that were traced"),
+    _row("Rays", "Hits", "trace.hits", "count", "rays that hit something", "hits"),
+    _row("Rays", "Trace time", "trace.seconds", "seconds", "time of the tracing alone"),
+    _row("Rays", "Rays per second", "trace.rays_per_second", "count", "rays over that time"),
+    _row("Rays", "Cells made", "trace.lazy.cells", "count",
+         "cells that were made when a ray entered them first"),
+    _row("Rays", "of the time, making them", "trace.lazy.seconds", "seconds",
+         "share of the trace time in which cells were made"),
+    _row("Rays", "in passes", "trace.lazy.passes", "count",
+         "how many times rays waited for cells to be made"),
+)  # fmt: skip
 
 
 def rows_of(structure: type[Structure]) -> list[Row]:
@@ -175,34 +187,42 @@ def rows_of(structure: type[Structure]) -> list[Row]:
                 ("statistics", *each.path),
                 each.unit,
                 each.column,
+                each.meaning,
             )
             for each in structure.FIGURES
             if each.label
         ),
         *RAYS,
         *(
-            Row("Per ray", each.label, ("trace", each.name), "", each.column)
+            Row("Per ray", each.label, ("trace", each.name), "", each.column, each.meaning)
             for each in structure.COUNTERS
         ),
         *(  # of records over instances
-            Row("Per ray", each.label, ("trace", each.name), "")
+            Row("Per ray", each.label, ("trace", each.name), "", "", each.meaning)
             for each in counters_within(MOST_LEVELS)
         ),
     ]
 
 
 def figures(record: Record) -> list[tuple[str, str, str]]:
-    """Return (section, label, text) for the panel, of what the record has."""
+    """Return (section, label, text) of what the record has, for a person."""
+    return [row[:3] for row in explained_figures(record)]
+
+
+def explained_figures(record: Record) -> list[tuple[str, str, str, str]]:
+    """Return the same, and with each what it means: for whom there is a place to say it."""
     rows = []
     for row in rows_of(structure_named(record["structure"]["name"])):
         value = look_up(record, row.path)
         if value is not None:
             show = UNITS[row.unit]
             text = " x ".join(map(show, value)) if isinstance(value, list) else show(value)
-            rows.append((row.section, said_of_items(record, row.label, row.path[-1]), text))
+            label = said_of_items(record, row.label, row.path[-1])
+            rows.append((row.section, label, text, row.meaning))
     for name, route in record.get("trace", {}).get("routes", {}).items():
         text = f"{show_integer(route['rays'])}, by {route['structure']}"
-        rows.append(("Rays", f"{name.capitalize()} rays", text))
+        meaning = "rays of this class, and the structure that they were sent to"
+        rows.append(("Rays", f"{name.capitalize()} rays", text, meaning))
     return rows
 
 

@@ -1,4 +1,4 @@
-"""The panel greys what changes nothing beside the other choices, and shows no field of nothing.
+"""The panel shows no setting that changes nothing beside the other choices, no field of nothing.
 
 The panels draw into a layout that notes what is put into it, and whether it is active.
 """
@@ -124,7 +124,7 @@ def test_display(bpy: Any, root: Any, draw: Any, structure: str) -> None:
 
 
 def test_settings_of_structures_and_rays(bpy: Any, root: Any, draw: Any) -> None:
-    """Each setting is active under every choice it is for, and grey under all others."""
+    """Each setting is there under every choice it is for, and is not under all others."""
     from accelscope.core.evaluation.rays.workloads import workloads
     from accelscope.core.structures import structures
 
@@ -137,7 +137,6 @@ def test_settings_of_structures_and_rays(bpy: Any, root: Any, draw: Any) -> None
             setattr(root, chosen, name)
             group = getattr(groups, name)
             fields = {field.name: field for field in dataclasses.fields(entry.Settings)}
-            assert set(fields) <= set(draw(panel).active_of())
             for field in fields.values():
                 conditions = field.metadata["only_for"] or {}
                 if len(conditions) != 1:
@@ -149,7 +148,7 @@ def test_settings_of_structures_and_rays(bpy: Any, root: Any, draw: Any) -> None
                     continue
                 for choice in fields[other].metadata["choices"]:
                     setattr(group, other, choice)
-                    assert draw(panel).active_of()[field.name] == (choice in choices), (
+                    assert (field.name in draw(panel).active_of()) == (choice in choices), (
                         name, field.name, choice,
                     )  # fmt: skip
                     count += 1
