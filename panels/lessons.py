@@ -78,6 +78,7 @@ class VIEW3D_PT_accelscope_lessons(SidebarPanel, bpy.types.Panel):
             draw_wrapped(layout, picture.caption, "NONE", width)
             if picture.images:
                 layout.operator("accelscope.open_lesson_image", icon="IMAGE_DATA")
+        self.draw_ray(layout, lesson, teaching)
         draw_titled(layout, "Look For", lesson.look_for, width)
         draw_titled(layout, "Question", lesson.question, width)
         icon = "DOWNARROW_HLT" if teaching.show_answer else "RIGHTARROW"
@@ -93,6 +94,19 @@ class VIEW3D_PT_accelscope_lessons(SidebarPanel, bpy.types.Panel):
         row.use_property_split = False
         row.prop(teaching, "large_text", toggle=True)
         row.prop(teaching, "hide_cells", toggle=True)
+
+    def draw_ray(self, layout: bpy.types.UILayout, lesson: Any, teaching: Any) -> None:
+        """Draw what chooses a ray."""
+        view = lesson_view.current
+        row = layout.row(align=True)
+        row.use_property_split = False
+        if lesson.takes_ray or view.has_pixels():
+            text = "Pick Ray" if lesson.takes_ray else "Pick Pixel"
+            row.operator("accelscope.pick_ray", text=text, icon="EYEDROPPER")
+        if lesson.takes_ray:
+            row.prop(teaching, "aim", toggle=True, icon="EMPTY_ARROWS")
+        if view.has_pixels():
+            row.operator("accelscope.step_this_ray", icon="TRACKING_FORWARDS")
 
     def draw_knobs(self, layout: bpy.types.UILayout, group: Any, lesson: Any) -> None:
         """Draw the knobs that have an effect; behind that of the film, what steps and plays it."""

@@ -92,6 +92,8 @@ class _State:
         self.drawn: _Drawn | None = None
         self.owner = 0
         self.failed = False
+        # Where the first image was drawn last, by the address of the region.
+        self.image_places: dict[int, Room] = {}
 
 
 _state = _State()
@@ -112,6 +114,7 @@ def show(picture: Picture, owner: int, heading: str = "") -> None:
     """
     _state.failed = False
     _state.drawn, _state.owner = _Drawn(picture, heading), owner
+    _state.image_places.clear()
     if not _state.handlers:
         add = bpy.types.SpaceView3D.draw_handler_add
         for callback, when in ((_draw_in_space, "POST_VIEW"), (_draw_on_screen, "POST_PIXEL")):
@@ -125,6 +128,21 @@ def hide() -> None:
         bpy.types.SpaceView3D.draw_handler_remove(_state.handlers.pop(), "WINDOW")
     _state.drawn = _state.tools = None
     tag_redraw()
+
+
+def pixel_at(region: bpy.types.Region, x: float, y: float) -> tuple[float, float] | None:
+    """Return where a point of a region lies in the image that is drawn there; None if beside it.
+
+    Returns
+    -------
+    across, down : float
+        Shares of its width and height, from its upper left corner.
+    """
+    place = _state.image_places.get(region.as_pointer())
+    if place is None or not (place.left <= x < place.right and place.bottom <= y < place.top):
+        return None
+    across = (x - place.left) / (place.right - place.left)
+    return across, (place.top - y) / (place.top - place.bottom)
 
 
 # ---------------------------------------------------------------------------------- drawing
@@ -378,6 +396,10 @@ def _draw_image(screen: _Screen, drawn: _Drawn, room: Room) -> Room:
         shader.bind()
         shader.uniform_sampler("image", texture)
         overlay_upload.image_batch(left, bottom, room.right, bottom + height).draw(shader)
+        if image is drawn.picture.images[0]:
+            region = bpy.context.region
+            place = Room(left, bottom, room.right, bottom + height)
+            _state.image_places[region.as_pointer() if region else 0] = place
         name = image.name.replace("_", " ").capitalize()
         label = screen.add(name, left + 0.3 * screen.text_size, bottom + height + 4.0)
         bottom = label.top + screen.text_size

@@ -28,6 +28,7 @@ from ..settings import generated
 from .wording import refusal_in_panel
 
 if TYPE_CHECKING:  # importing them for real would import the structures, and Numba with them
+    from ...core.geometry.rays import Rays
     from ...core.lessons.lesson import Lesson, Play, Subject
     from ...core.lessons.picture import Picture
 
@@ -110,7 +111,9 @@ class LessonView:
             return
         try:
             settings = settings_of(owner, self.lesson)
-            if self.lesson.key(settings) != self.lesson.key(self.played_with):
+            if self.played_with is None or (
+                self.lesson.key(settings) != self.lesson.key(self.played_with)
+            ):
                 ask("play_lesson", owner)
                 return
             self.draw(self.play.within(settings))
@@ -132,6 +135,43 @@ class LessonView:
         assert self.picture is not None
         picture_overlay.show(self.picture, self.owner, self.lesson.label)
         self.fault = ""
+
+    # Choosing a ray.
+
+    def has_pixels(self) -> bool:
+        """Say whether the picture has an image in which a pixel can be chosen."""
+        return self.picture is not None and bool(self.picture.images) and self.ray() is not None
+
+    def ray(self) -> Rays | None:
+        """Return the ray that the knobs choose, a batch of one; None if they choose none."""
+        if self.play is None or self.settings is None:
+            return None
+        return self.play.ray_shown(self.settings)
+
+    def choose_pixel(self, owner: bpy.types.Scene, across: float, down: float) -> None:
+        """Choose the pixel at some share of the image's width and height, from the upper left."""
+        assert self.lesson is not None
+        assert self.picture is not None
+        values = self.picture.images[0].values
+        height, width = self.picture.images[0].pixels.shape[:2]
+        rows, columns = (height, width) if values is None else values.shape
+        group = group_of(owner, self.lesson)
+        group.column = min(int(across * width), columns - 1)
+        group.row = min(int(down * height), rows - 1)
+
+    def choose_ray(self, owner: bpy.types.Scene, origin: np.ndarray, direction: np.ndarray) -> None:
+        """Have the lesson played with another ray; `direction` reaches to t = 1."""
+        from ...core.geometry.rays import Rays
+
+        assert self.lesson is not None
+        assert self.subject is not None
+        rays = Rays.from_arrays(origin[None], direction[None])
+        self.subject = dataclasses.replace(self.subject, rays=rays, ray=0)
+        self.played_with = None
+        group = group_of(owner, self.lesson)
+        if hasattr(group, "ray"):
+            group.ray = 0
+        self.follow(owner)
 
     def hide_cells(self, owner: bpy.types.Scene) -> None:
         """Leave out the cells of what was built, or draw them with the lesson, as asked for."""

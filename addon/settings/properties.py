@@ -15,10 +15,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import bpy
+import numpy as np
 from bpy.props import (
     BoolProperty,
     EnumProperty,
     FloatProperty,
+    FloatVectorProperty,
     PointerProperty,
     StringProperty,
 )
@@ -239,6 +241,22 @@ def _hide_cells(group: Any, context: bpy.types.Context) -> None:
         lesson_view.current.hide_cells(group.id_data)
 
 
+def _aim(group: Any, context: bpy.types.Context) -> None:
+    """Set both handles beside the scene that is taught, when they are shown."""
+    view = lesson_view.current
+    if group.aim and view.subject is not None and view.is_in(group.id_data):
+        lower, upper = view.subject.scene.lower, view.subject.scene.upper
+        middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
+        across = (1.2 * half[0], 0.3 * half[1], 0.4 * half[2])
+        group.ray_to, group.ray_from = middle + across, middle - across
+
+
+def _aim_again(group: Any, context: bpy.types.Context) -> None:
+    view, way = lesson_view.current, np.subtract(group.ray_to, group.ray_from)
+    if group.aim and view.is_in(group.id_data) and way.any():
+        view.choose_ray(group.id_data, np.array(group.ray_from), way)
+
+
 def _teaching_properties(lessons: Mapping[str, Any]) -> dict[str, Any]:
     """Return which lesson is chosen, and how it is taught."""
     choices = {name: (lesson.label, lesson.begin) for name, lesson in lessons.items()}
@@ -260,6 +278,20 @@ def _teaching_properties(lessons: Mapping[str, Any]) -> dict[str, Any]:
         "hide_cells": BoolProperty(
             name="Hide Cells", description="Leave out the cells of what was built meanwhile",
             default=True, update=_hide_cells,
+        ),
+        "aim": BoolProperty(
+            name="Aim Ray",
+            description="Two handles in the viewport: the lesson shows the ray from one towards "
+            "the other",
+            default=False, update=_aim,
+        ),
+        "ray_from": FloatVectorProperty(
+            name="From", description="Where the ray starts", size=3, subtype="XYZ",
+            update=_aim_again,
+        ),
+        "ray_to": FloatVectorProperty(
+            name="To", description="What the ray goes towards; there t is 1", size=3,
+            subtype="XYZ", update=_aim_again,
         ),
     }  # fmt: skip
 

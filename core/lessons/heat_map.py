@@ -126,6 +126,10 @@ class HeatMap(Play):
             return None
         return counts[settings.counter].reshape(self.height, self.width)
 
+    def ray_shown(self, settings: Settings) -> Rays:
+        """Return the ray of the chosen pixel."""
+        return self.rays.select(np.array([settings.row * self.width + settings.column]))
+
     def picture(self, settings: Settings) -> Picture:
         """Return the map of a counter, and the ray of the chosen pixel in the scene."""
         pixel = settings.row * self.width + settings.column

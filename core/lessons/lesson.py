@@ -97,6 +97,10 @@ class Play(abc.ABC):
         low, high = meta["minimum"], meta["maximum"]
         return [low + (high - low) * i / (FILM - 1) for i in range(FILM)]
 
+    def ray_shown(self, settings: Any) -> Rays | None:
+        """Return the ray that these knobs choose, as a batch of one; None if they choose none."""
+        return None
+
     def within(self, settings: Any) -> Any:
         """Return knobs of which none is beyond its end."""
         beyond = {name: last for name, last in self.ends.items() if getattr(settings, name) > last}
