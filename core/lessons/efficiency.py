@@ -1,28 +1,47 @@
-"""Exhibits "nodes that do not pay" and "overlapping siblings" of a hierarchy.
+"""Lessons "nodes_not_paying" and "overlapping_siblings": where a hierarchy loses time.
 
-The first frame of each shows them all, the others one node each. Those come first where most is
-lost by lines through the root, to which a large node matters more than a small one.
+The slide "Hierarchy efficiency". The first picture of each shows all, the others one node each.
+Those come first where most is lost by lines through the root, to which a large node matters more
+than a small one. The node is red if it does not pay and grey if it does, its children are blue and
+orange; red is also what two siblings share. Small nodes are shown once more, enlarged.
 """
 
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..colours import ramp
 from ..contract.cells import Cells
 from ..contract.outlines import wires_of
-from ..geometry.box_shape import box_segments, surface_area
+from ..geometry.box_shape import SIDES, box_segments, corners_of, surface_area
 from ..geometry.instances import lines_of_items
 from ..progress import SILENT, Progress
-from ..scene import Scene
-from ..structures.bvh.figures.efficiency import Efficiency
+from ..settings import setting
 from ..structures.bvh.figures.overlap import shared_boxes
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.tree import ranges_of
-from .drawing import BLUE, GREY, ORANGE, RED, Colour, Lines, coloured, frame_of
+from .drawing import (
+    BLUE,
+    GREY,
+    ORANGE,
+    RED,
+    Colour,
+    Faces,
+    Lines,
+    coloured,
+    halves,
+    picture_of,
+    tinted,
+)  # fmt: skip
 from .exhibit import Exhibit, Frame, Once
+from .lesson import Lesson, Play, Subject
+from .levels import has_nodes
+from .magnifier import magnifier
+from .picture import Mark, Picture, Row
 
 MOST_NODES = 24
 """Nodes with a frame of their own."""
@@ -30,100 +49,125 @@ MOST_NODES = 24
 MOST_ITEMS = 1000
 """Items drawn of each child."""
 
-MAGNIFIED = 0.35
-"""Size of a node under the magnifying glass, as a share of the scene's."""
-
-MOST_BOXES = 1500
+MOST_BOXES = 250
 """Nodes in the frame that shows them all."""
 
 
-def nodes_not_paying(structure: BVH) -> Exhibit:
-    """Return the exhibit of the lecture's hierarchy efficiency, K B + sum p_i I_i < sum I_i."""
-    settings = structure.settings
-    inner = np.flatnonzero(structure.arrays.size == 0)
-    text = "Looking for nodes that do not pay"
+@dataclass(frozen=True)
+class Settings:
+    """The knob of both lessons."""
 
-    @Once
-    def efficiency(progress: Progress) -> Efficiency:
+    rank: int = setting(1, "Node", "Which node, the worst is 1; 0 shows them all", minimum=0)
+
+
+class NodesNotPaying(Play):
+    """The lecture's hierarchy efficiency, K B + sum p_i I_i < sum I_i, node by node."""
+
+    def __init__(self, structure: BVH, progress: Progress) -> None:
+        text = "Looking for nodes that do not pay"
+        self.structure = structure
         progress.report(0, 4, text)
-        return structure.efficiency()
-
-    cells = Once(structure.cells)
-
-    @Once
-    def ranges(progress: Progress) -> tuple[np.ndarray, np.ndarray]:
-        """Begin and end of the items below every node."""
+        self.efficiency = structure.efficiency()
+        self.inner = np.flatnonzero(structure.arrays.size == 0)
+        progress.report(1, 4, text)
+        self.cells = structure.cells(progress)
+        # The items below every node.
+        self.begin, self.end = ranges_of(
+            structure.arrays.first, structure.arrays.size, structure.width()
+        )
         progress.report(2, 4, text)
-        return ranges_of(structure.arrays.first, structure.arrays.size, structure.width())
-
-    @Once
-    def worst(progress: Progress) -> np.ndarray:
-        gain, areas = efficiency(progress).gain[inner], structure.areas[inner]
-        progress.report(3, 4, text)
+        gain, areas = self.efficiency.gain[self.inner], structure.areas[self.inner]
         # Nodes that pay come behind all others: those with the least gain.
-        return inner[np.lexsort([np.where(gain <= 0.0, gain * areas, gain), gain > 0.0])]
+        order = np.lexsort([np.where(gain <= 0.0, gain * areas, gain), gain > 0.0])
+        self.worst = self.inner[order]
+        self.ends = {"rank": min(len(self.inner), MOST_NODES)}
+        progress.report(3, 4, text)
 
-    def frame(number: int, progress: Progress = SILENT) -> Frame:
-        bad = worst(progress)
-        for each in (cells, ranges):
-            each(progress)
-        if number > 0:
-            return one(int(bad[number - 1]))
-        bad = bad[: int((efficiency().gain[inner] <= 0.0).sum())]
+    def picture(self, settings: Settings) -> Picture:
+        """Return the picture of all nodes, or of one."""
+        return self.one(int(self.worst[settings.rank - 1])) if settings.rank else self.all()
+
+    def all(self) -> Picture:
+        """Return the picture of all nodes that do not pay."""
+        bad = self.worst[: int((self.efficiency.gain[self.inner] <= 0.0).sum())]
         shown = bad[:MOST_BOXES]
-        parts = [volume_of(cells(), np.array([0]), GREY), volume_of(cells(), shown, RED)]
+        parts = [
+            volume_of(self.cells, np.array([0]), GREY), volume_of(self.cells, shown, RED)
+        ]  # fmt: skip
         caption = (
-            f"{len(bad)} of {len(inner)} inner nodes do not pay: "
+            f"{len(bad)} of {len(self.inner)} inner nodes do not pay: "
             "K B + sum p_i I_i is not less than sum I_i"
         )
         if len(shown) < len(bad):
             caption += f"; drawn: the {len(shown)} worst"
-        return frame_of(parts, caption)
+        expected = self.efficiency.expected_gain[self.inner]
+        rows = (
+            Row("Inner Nodes", str(len(self.inner)), "Nodes with children"),
+            Row("Do Not Pay", str(len(bad)), "By the objects in their children, as on the slide"),
+            Row(
+                "Do Not Pay, Expected", str(int((expected <= 0.0).sum())),
+                "By what is expected below the children, with the volumes there as they are",
+            ),
+        )  # fmt: skip
+        return picture_of(parts, caption, rows=rows)
 
-    def one(node: int) -> Frame:
-        arrays, figures = structure.arrays, efficiency()
+    def one(self, node: int) -> Picture:
+        """Return the picture of one node and its children."""
+        structure, figures, cells = self.structure, self.efficiency, self.cells
+        arrays, settings = structure.arrays, structure.settings
         children = int(arrays.first[node]) + np.arange(int(structure.width()[node]))
-        areas = arrays.volumes.areas()
+        areas = structure.areas
         p = areas[children] / areas[node] if areas[node] > 0.0 else np.ones(len(children))
         inside = settings.C_isect * figures.references[children]
         terms = " + ".join(f"{a:.2f} × {b:g}" for a, b in zip(p, inside, strict=True))
         left, right = settings.C_trav + float(p @ inside), float(inside.sum())
-        verdict = "pays" if left < right else "does not pay"
+        pays = left < right
         caption = (
             f"Node {node}: K B + sum p_i I_i = {settings.C_trav:g} + {terms} = {left:.2f}, "
-            f"sum I_i = {right:g}: it {verdict} (gain {right - left:.2f}; "
+            f"sum I_i = {right:g}: it {'pays' if pays else 'does not pay'} "
+            f"(gain {right - left:.2f}; "
             f"with what is expected below {figures.expected_gain[node]:.2f})"
         )
-        own = RED if left >= right else GREY
-        parts = [volume_of(cells(), np.array([node]), own)]
+        parts = [volume_of(cells, np.array([node]), GREY if pays else RED)]
+        rows = [Row("K B", f"{settings.C_trav:g}", "Testing the volumes of all children: C_trav")]
+        boxes, marks = arrays.volumes.boxes(), []
+        box = boxes[node]
         for i, child in enumerate(children):
             colour = ORANGE if i % 2 else BLUE
-            begin, end = (int(each[child]) for each in ranges())
+            begin, end = int(self.begin[child]), int(self.end[child])
             items = structure.geometry.ids[begin : min(end, begin + MOST_ITEMS)]
             lines = lines_of_items(structure.scene.geometry, items)
             parts.append(coloured(lines, colour))
-            parts.append(volume_of(cells(), np.array([child]), colour))
-        box = structure.arrays.volumes.boxes()[node]
-        root = volume_of(cells(), np.array([0]), GREY)
-        return frame_of([root, *parts, *magnified(parts, box, structure.scene)], caption)
+            parts.append(volume_of(cells, np.array([child]), colour))
+            values = f"p = {p[i]:.2f}, I = {inside[i]:g}"
+            # Texts of children that lie within each other stand at opposite ends.
+            end_of = boxes[child, 3:] if i % 2 else boxes[child, :3]
+            marks.append(Mark(end_of, values, colour[:3]))
+            rows.append(Row(f"Child {i + 1}", values, "p_i = SA_i / SA, and the time inside"))
+        rows += [
+            Row("K B + sum p_i I_i", f"{left:.3f}", "The time with the children's volumes"),
+            Row("sum I_i", f"{right:g}", "The time of everything in them at once"),
+            Row("Gain", f"{right - left:.3f}", "Of a node that does not pay it is not above 0"),
+        ]
+        root = volume_of(cells, np.array([0]), GREY)
+        glass = magnifier(box, structure.scene)
+        if glass is not None:
+            parts += [*(glass.of(part) for part in parts), glass.way()]
+            marks = [Mark(glass.at(mark.position), mark.text, mark.colour) for mark in marks]
+        return picture_of([root, *parts], caption, marks=marks, rows=rows)
 
-    return Exhibit(
-        "nodes_not_paying",
-        "Nodes That Do Not Pay",
-        "Hierarchy efficiency: nodes whose volumes cost more than they save, the worst first",
-        1 + min(len(inner), MOST_NODES),
-        frame,
-    )
+    def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
+        """Return all of them, and the first."""
+        return [Settings(rank) for rank in range(min(self.ends["rank"] + 1, 4))]
 
 
-def overlapping_siblings(structure: BVH) -> Exhibit:
-    """Return the exhibit of pairs of siblings that overlap, and of the boxes they share."""
-    width, first = structure.width(), structure.arrays.first
-    n_pairs = int((width * (width - 1) // 2).sum())
+class OverlappingSiblings(Play):
+    """Pairs of siblings that overlap, and the boxes that they share; the largest box first."""
 
-    @Once
-    def pairs(progress: Progress) -> tuple[np.ndarray, ...]:
-        """Parents, both children, the boxes they share, and how much; the largest box first."""
+    def __init__(self, structure: BVH, progress: Progress) -> None:
+        self.structure = structure
+        width, first = structure.width(), structure.arrays.first
+        self.n_pairs = int((width * (width - 1) // 2).sum())
         text = "Looking for siblings that overlap"
         progress.report(0, 3, text)
         boxes = structure.arrays.volumes.boxes()
@@ -131,39 +175,54 @@ def overlapping_siblings(structure: BVH) -> Exhibit:
         for i, j in itertools.combinations(range(int(width.max(initial=0))), 2):
             parents = np.flatnonzero(width > j)
             found.append(np.stack([parents, first[parents] + i, first[parents] + j]))
-        parents, a, b = np.concatenate([np.empty((3, 0), np.int64), *found], axis=1)
+        pairs = np.concatenate([np.empty((3, 0), np.int64), *found], axis=1)
         progress.report(1, 3, text)
-        shared = shared_boxes(boxes[a], boxes[b])
+        shared = shared_boxes(boxes[pairs[1]], boxes[pairs[2]])
         progress.report(2, 3, text)
-        areas, around = surface_area(shared), surface_area(boxes[parents])
+        areas, around = surface_area(shared), surface_area(boxes[pairs[0]])
         shares = np.divide(areas, around, out=np.zeros(len(areas)), where=around > 0.0)
         order = np.argsort(-areas, kind="stable")
+        self.pairs, self.shared, self.shares = pairs[:, order].T, shared[order], shares[order]
+        self.mean = float(structure.overlap()[width > 0].mean()) if self.n_pairs else 0.0
+        self.ends = {"rank": min(self.n_pairs, MOST_NODES)}
         progress.report(3, 3, text)
-        return tuple(each[order] for each in (parents, a, b, shared, shares))
 
-    def frame(number: int, progress: Progress = SILENT) -> Frame:
-        parents, a, b, shared, shares = pairs(progress)
-        if number > 0:
-            n = number - 1
-            return one(int(parents[n]), int(a[n]), int(b[n]), shared[n], float(shares[n]))
-        shown = np.flatnonzero(shares > 0.0)[:MOST_BOXES]
+    def picture(self, settings: Settings) -> Picture:
+        """Return the picture of all pairs, or of one."""
+        return self.one(settings.rank - 1) if settings.rank else self.all()
+
+    def all(self) -> Picture:
+        """Return the picture of all boxes that siblings share."""
+        overlapping = int((self.shares > 0.0).sum())
+        shown = np.flatnonzero(self.shares > 0.0)[:MOST_BOXES]
         # Large ones last: where they coincide, those are seen.
-        colours = ramp(shares[shown][::-1]).repeat(12, axis=0)
+        colours = ramp(self.shares[shown][::-1]).repeat(12, axis=0)
         colours = np.concatenate([colours, np.ones((len(colours), 1))], axis=1)
-        mean = float(structure.overlap()[width > 0].mean()) if n_pairs else 0.0
         caption = (
-            f"What siblings share: {int((shares > 0.0).sum())} of {n_pairs} pairs overlap, "
-            f"in the mean by {100.0 * mean:.1f}% of their parent's surface; "
+            f"What siblings share: {overlapping} of {self.n_pairs} pairs overlap, "
+            f"in the mean by {100.0 * self.mean:.1f}% of their parent's surface; "
             "blue to red: 0 to 100%"
         )
-        if len(shown) < (shares > 0.0).sum():
+        if len(shown) < overlapping:
             caption += f"; drawn: the {len(shown)} largest"
-        root = coloured(box_segments(structure.arrays.volumes.boxes()[:1]), GREY)
-        return frame_of([root, Lines(box_segments(shared[shown][::-1]), colours)], caption)
+        root = coloured(box_segments(self.structure.arrays.volumes.boxes()[:1]), GREY)
+        lines = Lines(box_segments(self.shared[shown][::-1]), colours)
+        rows = (
+            Row("Pairs", str(self.n_pairs), "Of children of one node"),
+            Row("Overlap", str(overlapping), "Pairs that share a box; a touch is none"),
+            Row("Mean Overlap", f"{100.0 * self.mean:.1f}%",
+                "Surface that siblings share, in that of their parent"),
+        )  # fmt: skip
+        return picture_of([root, lines], caption, rows=rows)
 
-    def one(parent: int, a: int, b: int, shared: np.ndarray, share: float) -> Frame:
-        boxes, depths = structure.arrays.volumes.boxes(), structure.depths()
-        parts = [
+    def one(self, number: int) -> Picture:
+        """Return the picture of one pair."""
+        boxes, depths = self.structure.arrays.volumes.boxes(), self.structure.depths()
+        parent, a, b = (int(node) for node in self.pairs[number])
+        shared, share = self.shared[number], float(self.shares[number])
+        sides = corners_of(shared[None])[:, SIDES].reshape(-1, 4, 3)
+        parts: list[Lines | Faces] = [
+            tinted(halves(sides), RED, 0.3),
             coloured(box_segments(boxes[[parent]]), GREY),
             coloured(box_segments(boxes[[a]]), BLUE),
             coloured(box_segments(boxes[[b]]), ORANGE),
@@ -173,15 +232,16 @@ def overlapping_siblings(structure: BVH) -> Exhibit:
             f"Children {a} (blue) and {b} (orange) of node {parent}, depth {depths[parent]}: "
             f"they share {100.0 * share:.1f}% of its surface (red)"
         )
-        return frame_of(parts, caption)
+        rows = (
+            Row("Depth", str(int(depths[parent])), "Of the node whose children they are"),
+            Row("Overlap", f"{100.0 * share:.1f}%", "SA of what they share in SA of the node"),
+        )  # fmt: skip
+        marks = [Mark(shared[3:], f"both: {100.0 * share:.0f}%", RED[:3])]
+        return picture_of(parts, caption, marks=marks, rows=rows)
 
-    return Exhibit(
-        "overlapping_siblings",
-        "Overlapping Siblings",
-        "What two children of a node share: the pairs that overlap most",
-        1 + min(n_pairs, MOST_NODES),
-        frame,
-    )
+    def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
+        """Return all of them, and the first."""
+        return [Settings(rank) for rank in range(min(self.ends["rank"] + 1, 4))]
 
 
 def volume_of(cells: Cells, nodes: np.ndarray, colour: Colour) -> Lines:
@@ -189,22 +249,94 @@ def volume_of(cells: Cells, nodes: np.ndarray, colour: Colour) -> Lines:
     return coloured(wires_of(cells, cells.places_of(nodes)).segments(), colour)
 
 
-def magnified(parts: list[Lines], box: np.ndarray, scene: Scene) -> list[Lines]:
-    """Return parts once more, enlarged beside the model, with a line that leads there.
+def play_paying(subject: Subject, settings: Settings, progress: Progress) -> Play:
+    """Evaluate the inequality at every node."""
+    bvh = subject.structures[0]
+    assert isinstance(bvh, BVH)
+    return NodesNotPaying(bvh, progress)
 
-    Nothing, if they are large enough as they are.
 
-    Parameters
-    ----------
-    box : (6,) float64
-        What is enlarged.
-    """
-    size = float((scene.upper - scene.lower).max())
-    own = float((box[3:] - box[:3]).max())
-    if not 0.0 < own < MAGNIFIED * size:
-        return []
-    centre = 0.5 * (box[:3] + box[3:])
-    place = np.array([scene.upper[0] + 0.35 * size, *(0.5 * (scene.lower + scene.upper))[1:]])
-    scale = MAGNIFIED * size / own
-    found = [Lines(place + scale * (part.segments - centre), part.colours) for part in parts]
-    return [coloured(np.stack([centre, place])[None], GREY), *found]
+def play_overlapping(subject: Subject, settings: Settings, progress: Progress) -> Play:
+    """Look at all pairs of siblings."""
+    bvh = subject.structures[0]
+    assert isinstance(bvh, BVH)
+    return OverlappingSiblings(bvh, progress)
+
+
+LESSONS = (
+    Lesson(
+        name="nodes_not_paying",
+        label="Does a Node Pay?",
+        slide="Hierarchy efficiency",
+        begin="A node pays if testing the volumes of its children takes less than they keep off",
+        look_for="Red nodes cost more than they save: their children's volumes are almost as large "
+        "as they are themselves, or there is hardly anything inside",
+        question="A node does not pay. What should a builder do with it?",
+        answer="Make it a leaf, or hang its children below its parent: the test of its own "
+        "children is left out, and everything else stays as it is",
+        source="structures.bvh.figures.efficiency",
+        sample="suzanne:subdivisions=1",
+        structures=("bvh:max_leaf_size=1",),
+        suits=has_nodes,
+        Settings=Settings,
+        play=play_paying,
+        film="rank",
+    ),
+    Lesson(
+        name="overlapping_siblings",
+        label="Siblings That Overlap",
+        slide="Hierarchy efficiency",
+        begin="Where the volumes of two siblings overlap, a ray has to search both",
+        look_for="Red is what both share: a ray through it enters both children, and its hit in "
+        "one of them does not tell whether the other has a nearer one",
+        question="Can the volumes of siblings be kept from overlapping?",
+        answer="Not as long as each object is in one of them: an object that lies across the "
+        "border sticks out. Space subdivisions and spatial splits cut it, and pay with references",
+        source="structures.bvh.figures.overlap",
+        sample="suzanne:subdivisions=1",
+        structures=("bvh",),
+        suits=has_nodes,
+        Settings=Settings,
+        play=play_overlapping,
+        film="rank",
+    ),
+)
+
+
+# ------------------------------------------------------------------------------------ the exhibits
+
+
+def nodes_not_paying(structure: BVH) -> Exhibit:
+    """Return the exhibit: the same pictures without their text."""
+    count = 1 + min(int((structure.arrays.size == 0).sum()), MOST_NODES)
+    return exhibit_of(
+        "nodes_not_paying",
+        "Nodes That Do Not Pay",
+        "Hierarchy efficiency: nodes whose volumes cost more than they save, the worst first",
+        count,
+        Once(lambda progress: NodesNotPaying(structure, progress)),
+    )
+
+
+def overlapping_siblings(structure: BVH) -> Exhibit:
+    """Return the exhibit: the same pictures without their text."""
+    width = structure.width()
+    return exhibit_of(
+        "overlapping_siblings",
+        "Overlapping Siblings",
+        "What two children of a node share: the pairs that overlap most",
+        1 + min(int((width * (width - 1) // 2).sum()), MOST_NODES),
+        Once(lambda progress: OverlappingSiblings(structure, progress)),
+    )
+
+
+def exhibit_of(
+    name: str, label: str, description: str, count: int, play_once: Once[Play]
+) -> Exhibit:
+    """Return the pictures of a play as frames."""
+
+    def frame(number: int, progress: Progress = SILENT) -> Frame:
+        picture = play_once(progress).picture(Settings(number))
+        return Frame(picture.segments, picture.colours, picture.caption)
+
+    return Exhibit(name, label, description, count, frame)
