@@ -19,7 +19,7 @@ from ..contract.cells import Cells
 from ..contract.outlines import wires_of
 from ..geometry.box_shape import SIDES, box_segments, corners_of, surface_area
 from ..geometry.instances import lines_of_items
-from ..progress import SILENT, Progress
+from ..progress import Progress
 from ..settings import setting
 from ..structures.bvh.figures.overlap import shared_boxes
 from ..structures.bvh.hierarchy import BVH
@@ -37,7 +37,7 @@ from .drawing import (
     picture_of,
     tinted,
 )  # fmt: skip
-from .exhibit import Exhibit, Frame, Once
+from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .levels import has_nodes
 from .magnifier import magnifier
@@ -308,35 +308,24 @@ LESSONS = (
 
 def nodes_not_paying(structure: BVH) -> Exhibit:
     """Return the exhibit: the same pictures without their text."""
-    count = 1 + min(int((structure.arrays.size == 0).sum()), MOST_NODES)
-    return exhibit_of(
+    return exhibit_of_play(
         "nodes_not_paying",
         "Nodes That Do Not Pay",
         "Hierarchy efficiency: nodes whose volumes cost more than they save, the worst first",
-        count,
-        Once(lambda progress: NodesNotPaying(structure, progress)),
+        1 + min(int((structure.arrays.size == 0).sum()), MOST_NODES),
+        lambda progress: NodesNotPaying(structure, progress),
+        Settings,
     )
 
 
 def overlapping_siblings(structure: BVH) -> Exhibit:
     """Return the exhibit: the same pictures without their text."""
     width = structure.width()
-    return exhibit_of(
+    return exhibit_of_play(
         "overlapping_siblings",
         "Overlapping Siblings",
         "What two children of a node share: the pairs that overlap most",
         1 + min(int((width * (width - 1) // 2).sum()), MOST_NODES),
-        Once(lambda progress: OverlappingSiblings(structure, progress)),
+        lambda progress: OverlappingSiblings(structure, progress),
+        Settings,
     )
-
-
-def exhibit_of(
-    name: str, label: str, description: str, count: int, play_once: Once[Play]
-) -> Exhibit:
-    """Return the pictures of a play as frames."""
-
-    def frame(number: int, progress: Progress = SILENT) -> Frame:
-        picture = play_once(progress).picture(Settings(number))
-        return Frame(picture.segments, picture.colours, picture.caption)
-
-    return Exhibit(name, label, description, count, frame)

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from ..colours import ramp
-from ..progress import SILENT, Progress
+from ..progress import Progress
 from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.fit import fit_all
 from ..structures.bvh.topology.tree import ranges_of
 from .around import beside_each_other, edges_of
-from .drawing import GREY, Lines, counted, frame_of, items_in, picture_of, shifted
-from .exhibit import Exhibit, Frame, Once
+from .drawing import GREY, Lines, counted, items_in, picture_of, shifted
+from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .levels import has_nodes
 from .picture import Mark, Picture, Row
@@ -161,17 +161,11 @@ LESSONS = (
 
 def kdop_levels(bvh: BVH) -> Exhibit:
     """Return the exhibit: the same pictures without their text."""
-    levels = Once(lambda progress: VolumesByLevel(bvh, KINDS, LEVELS, progress))
-
-    def frame(level: int, progress: Progress = SILENT) -> Frame:
-        found = levels(progress)
-        lines = [part for part in found.parts(level) if isinstance(part, Lines)]
-        return frame_of(lines, found.caption(level))
-
-    return Exhibit(
+    return exhibit_of_play(
         "kdop_levels",
         "K-DOP Levels",
         "Levels of the same tree with 6- and 14-DOPs above, 18- and 26-DOPs below",
         min(int(bvh.depths().max()) + 1, LEVELS),
-        frame,
+        lambda progress: VolumesByLevel(bvh, KINDS, LEVELS, progress),
+        Settings,
     )

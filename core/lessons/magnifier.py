@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,9 +50,3 @@ def magnifier(box: np.ndarray, scene: Scene) -> Magnifier | None:
     middle = 0.5 * (scene.lower + scene.upper)
     place = np.array([scene.upper[0] + 0.35 * size, *middle[1:]])
     return Magnifier(0.5 * (box[:3] + box[3:]), place, MAGNIFIED * size / own)
-
-
-def magnified(parts: Sequence[Lines], box: np.ndarray, scene: Scene) -> list[Lines]:
-    """Return parts once more, enlarged, with a line that leads there; nothing if they are large."""
-    glass = magnifier(box, scene)
-    return [] if glass is None else [glass.way(), *(glass.of(part) for part in parts)]
