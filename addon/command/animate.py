@@ -136,6 +136,11 @@ def frame_numbers(text: str) -> range:
     return range(first, last + 1, step)
 
 
+def is_blend(name: str) -> bool:
+    """Say whether a scene is a file of Blender's own, which has a timeline."""
+    return name.lower().endswith(".blend")
+
+
 def frames_of(
     scenes: list[str], numbers: range | None, in_blender: bool, progress: Progress
 ) -> list[tuple[int, str, Callable[[], Scene]]]:
@@ -146,18 +151,18 @@ def frames_of(
     InputError
         If there is none, or the .blend cannot be read.
     """
-    is_blend = len(scenes) == 1 and scenes[0].lower().endswith(".blend")
+    is_file = len(scenes) == 1 and is_blend(scenes[0])
     if not scenes and not in_blender:
         raise InputError("name a .blend, or mesh files, one per frame")
-    if is_blend or not scenes:
-        if is_blend:
+    if is_file or not scenes:
+        if is_file:
             opened(functools.partial(open_scene, scenes[0], FLATTEN), progress)
         import bpy
 
         from ..from_blender import extraction, timeline
 
         chosen = timeline.frame_range(bpy.context.scene) if numbers is None else numbers
-        name = scenes[0] if is_blend else "open file"
+        name = scenes[0] if is_file else "open file"
         take = functools.partial(timeline.scene_at, bpy.context, extraction.VISIBLE)
         return [(number, name, functools.partial(take, number)) for number in chosen]
     if numbers is not None:

@@ -6,8 +6,10 @@ Like :mod:`.main`, this imports no ``bpy``; a ``.blend`` brings it in.
 from __future__ import annotations
 
 import argparse
+import dataclasses
+import functools
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +18,7 @@ from ...core.scene import Scene
 from ...core.settings import describe
 from ...core.writing import refuse_unwritable
 from ...sample_scenes import make_sample
+from .animate import frames_of, is_blend
 from .arguments import SPECS, OpenFile, add_scene_options, opened, scenes_of, structure_specs
 from .output import (
     complain,
@@ -39,6 +42,7 @@ examples:
   accelscope lesson levels
   accelscope lesson levels bunny.obj --level 3 --structure bvh:builder=median --pictures levels
   accelscope lesson levels --page levels.html
+  accelscope lesson refit step0.obj step1.obj step2.obj
   accelscope film levels --out film
   accelscope handout --out handout
 """
@@ -98,7 +102,12 @@ def _add_subject(parser: argparse.ArgumentParser) -> None:
     """Declare what a lesson is about."""
     add = parser.add_argument
     add("name", metavar="NAME", help="the lesson, as accelscope lessons lists it")
-    add("scenes", nargs="*", metavar="SCENE", help="one; without it, the lesson's own")
+    add(
+        "scenes",
+        nargs="*",
+        metavar="SCENE",
+        help="one; without it, the lesson's own; refit takes the frames of an animation, too",
+    )
     add("--structure", metavar="SPEC", help="a structure in the place of the lesson's first one")
     add("--open-file", action="store_true", help="the file that is open in Blender is the SCENE")
     add_scene_options(parser)
@@ -169,12 +178,17 @@ def played(arguments: argparse.Namespace, open_file: OpenFile | None) -> Played:
     from ...core.evaluation.pages.lesson_page import play
     from ...core.kernels import announcing
     from ...core.lessons import lesson_named
+    from ...core.lessons.refit import history_of
 
     lesson = lesson_named(arguments.name)
     settings = lesson.parse(arguments.knobs)
     progress = progress_of(arguments)
     given: list[Structure] = []
-    scene = scene_of(arguments, lesson, open_file, progress)
+    frames = frames_given(arguments, lesson, open_file, progress)
+    if frames:
+        scene = frames[0][1]().flat()
+    else:
+        scene = scene_of(arguments, lesson, open_file, progress)
     note_on(arguments, scene)
     with announcing(progress, f"lesson {lesson.name}"):
         if arguments.structure:
@@ -182,7 +196,38 @@ def played(arguments: argparse.Namespace, open_file: OpenFile | None) -> Played:
                 [arguments.structure], lambda text: say(arguments, text)
             )
             given.append(entry.build(scene, chosen, progress, log=True))
-        return play(lesson, lesson.subject(scene, progress, given), settings, progress)
+        subject = lesson.subject(scene, progress, given)
+        if frames:
+            scenes = ((number, open_one().flat()) for number, open_one in frames)
+            history = history_of(scenes, subject.structures[0], progress)
+            subject = dataclasses.replace(subject, history=history)
+        return play(lesson, subject, settings, progress)
+
+
+def frames_given(
+    arguments: argparse.Namespace, lesson: Lesson, open_file: OpenFile | None, progress: Progress
+) -> list[tuple[int, Callable[[], Scene]]]:
+    """Return number and opener of every frame, if a lesson that takes an animation is given one.
+
+    That is the timeline of a .blend, or several mesh files, one each.
+
+    Raises
+    ------
+    InputError
+        If the .blend cannot be read.
+    """
+    scenes = arguments.scenes
+    is_animation = (
+        len(scenes) > 1 or arguments.open_file or any(is_blend(scene) for scene in scenes)
+    )
+    if not lesson.takes_frames or not is_animation:
+        return []
+    if scenes and arguments.open_file:
+        raise InputError("--open-file and a SCENE exclude each other")
+    frames = frames_of(scenes, None, open_file is not None, progress)
+    return [
+        (number, functools.partial(opened, open_one, progress)) for number, _, open_one in frames
+    ]
 
 
 def scene_of(

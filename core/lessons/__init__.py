@@ -5,6 +5,7 @@ A module in this folder that defines ``LESSONS`` is found by itself.
 
 from __future__ import annotations
 
+import difflib
 import functools
 import importlib
 import pkgutil
@@ -45,13 +46,15 @@ def lesson_named(name: str) -> Lesson:
     Raises
     ------
     InputError
-        Listing the known names.
+        Naming those whose names are alike.
     """
     try:
         return lessons()[name]
     except KeyError:
-        known = ", ".join(lessons())
-        raise InputError(f"there is no lesson '{name}'; known are: {known}") from None
+        alike = " or ".join(difflib.get_close_matches(name, lessons()))
+        meant = f"; perhaps {alike} is meant" if alike else ""
+        said = f"there is no lesson '{name}'{meant}; accelscope lessons lists them"
+        raise InputError(said) from None
 
 
 OF_TREE = (

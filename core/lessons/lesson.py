@@ -14,7 +14,7 @@ import abc
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..contract.structure import Structure
 from ..errors import InputError
@@ -25,6 +25,9 @@ from ..settings import key_of, parse, parse_spec, setting
 from ..structures import structure_named
 from .picture import Picture
 from .slides import SLIDES
+
+if TYPE_CHECKING:
+    from .refit import Moment
 
 PAGE = 4
 """Pictures of a lesson that names none: first, last, and even steps between."""
@@ -45,12 +48,16 @@ class Subject:
     rays : Rays, optional
         Rays from which the lesson shall choose `ray`; without any it makes its own.
     ray : int
+    history : sequence of Moment
+        The animation whose first frame the scene is, of the lessons that take one; without any
+        they make their own.
     """
 
     scene: Scene
     structures: tuple[Structure, ...] = ()
     rays: Rays | None = None
     ray: int = 0
+    history: Sequence[Moment] = ()
 
 
 class Play(abc.ABC):
@@ -191,6 +198,8 @@ class Lesson:
         The knob that a film goes through.
     replays : tuple of str
         Knobs after which it is played anew.
+    takes_frames : bool
+        Whether it can be given an animation, as :attr:`Subject.history`.
     takes_ray : bool
         Whether it shows a ray that somebody else may choose, :attr:`Subject.rays`.
     """
@@ -210,6 +219,7 @@ class Lesson:
     suits: Callable[[Structure], str] = any_structure
     film: str = "frame"
     replays: tuple[str, ...] = ()
+    takes_frames: bool = False
     takes_ray: bool = False
 
     @property

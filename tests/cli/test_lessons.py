@@ -61,6 +61,19 @@ def test_pictures_and_a_page_of_a_lesson(run, obj, tmp_path):
     assert "<details>" in page
 
 
+def test_files_are_the_frames_of_an_animation(run, refused, obj, five):
+    shift = np.arange(5.0)[:, None, None] * np.array([1.0, 3.0, -2.0])
+    steps = [obj(five + n * shift, f"step{n}.obj") for n in range(3)]
+    lesson, table = run("lesson", "refit", *steps), run("animate", *steps)
+    assert lesson.code == 0
+    last = table.out.splitlines()[-1].split()
+    assert f"Frame 2: SAH {float(last[1]):.2f} refitted, {float(last[3]):.2f} built" in lesson.out
+    # One file alone is deformed here.
+    assert "Frame 8: " in run("lesson", "refit", steps[0]).out
+    fewer = obj(five[:3], "fewer.obj")
+    assert "was built over 5 triangles" in refused("lesson", "refit", steps[0], fewer)
+
+
 def test_a_heat_map_as_numbers(run, tmp_path):
     out = run("lesson", "heat_map", "sample:tetra:size=3", "--width", 32, "--pictures", tmp_path)
     assert out.code == 0
@@ -105,7 +118,8 @@ def test_without_pillow_pictures_are_without_text(run, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["lesson", "none"], "there is no lesson 'none'; known are: "),
+        (["lesson", "none"], "there is no lesson 'none'; accelscope lessons lists them"),
+        (["lesson", "radix_sor"], "perhaps radix_sort or radix_split is meant"),
         (["lesson", "levels", "--depth", "1"], "lesson levels has no setting 'depth'"),
         (["lesson", "levels", "--level"], "--level lacks its value"),
         (["lesson", "levels", "--level", "1", "--level=2"], "--level is given twice"),

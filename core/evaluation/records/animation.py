@@ -52,7 +52,7 @@ class Comparison:
     records : list of dict
         Two per frame: refit, rebuild.
     history : list of Moment
-        One per frame, for the exhibit.
+        One per frame, for the lesson.
     original : Structure
         That of the first frame.
     last : tuple of (Built, Built)
@@ -103,7 +103,7 @@ class Comparison:
             refuse_not_finite(record)
             records.append({"frame": number, "method": method, **record})
         costs = (record["statistics"]["sah"] for record in records)
-        self.history.append(moment_of(number, moved, *costs))
+        self.history.append(moment_of(number, moved, rebuilt.structure, *costs))
         self.records += records
         self.original, self.last = self.original or rebuilt.structure, both
 
