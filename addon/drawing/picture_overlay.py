@@ -196,12 +196,16 @@ def text_size(context: bpy.types.Context, is_large: bool) -> float:
 
 
 def room_for_lines(context: bpy.types.Context, area: bpy.types.Area, is_large: bool) -> Room:
-    """Return what of a viewport is left for lines and faces by the words in it, in pixels."""
+    """Return what of a viewport words and images leave for lines and faces, in pixels."""
     room = room_in(area)
-    if not is_large or _state.drawn is None:
+    if _state.drawn is None:
         return room
     screen = _Screen(text_size(context, is_large), (0.0, 0.0, 0.0))
     inner = screen.inside(room)
+    if _state.drawn.picture.images:
+        room = room._replace(right=inner.right - IMAGE_SHARE * (inner.right - inner.left))
+    if not is_large:
+        return room
     words = _draw_words(screen, _state.drawn, inner, [])
     # Figures stand at the left, the caption below; the heading is short.
     figures = [each for each in words if each.bottom > 0.5 * (inner.bottom + inner.top)][1:]

@@ -44,7 +44,12 @@ ACRONYMS = "aabb", "fifo", "hlbvh", "lbvh", "obb", "ploc", "sah", "sbvh", "str"
 
 
 def name_of(key: str) -> str:
-    """Return what a choice is called in the panel: ``"binned_sah"`` is ``"Binned SAH"``."""
+    """Return what a choice is called in the panel: ``"binned_sah"`` is ``"Binned SAH"``.
+
+    Symbols such as ``"N_TS"`` stay as they are.
+    """
+    if not key.islower() and not key[:1].isdigit():
+        return key
     return NAMES.get(key) or " ".join(map(_word, key.split("_")))
 
 

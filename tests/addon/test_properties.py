@@ -99,7 +99,8 @@ def test_choices_are_named_as_titles() -> None:
     from accelscope.addon.settings.generated import name_of
 
     names = {"object_median": "Object Median", "obb_and_kdop14": "OBB and 14-DOP", "fifo": "FIFO",
-             "rtree_str": "R-tree STR", "lbvh_parallel": "LBVH Parallel"}  # fmt: skip
+             "rtree_str": "R-tree STR", "lbvh_parallel": "LBVH Parallel", "N_TS": "N_TS",
+             "63": "63"}  # fmt: skip
     assert {key: name_of(key) for key in names} == names
     # Where a structure is a choice, it is called what it is called itself.
     assert {key: name_of(key) for key in structures()} == {
