@@ -19,7 +19,7 @@ from .exhibit import Exhibit
 from .kdop import kdop_levels
 from .lesson import Lesson
 from .levels import levels
-from .morton import morton_curve
+from .morton_intervals import morton_curve
 from .parallel_sah import parallel_exhibits
 from .ploc import ploc_exhibits
 from .radix_sort import radix_exhibits

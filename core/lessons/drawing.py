@@ -167,22 +167,19 @@ def quads(corners: np.ndarray, colour: Colour, opacity: float = 0.25) -> Faces:
     return tinted(halves(corners), colour, opacity)
 
 
-def solid(boxes: np.ndarray, colour: Colour, opacity: float = 0.12) -> list[Lines | Faces]:
+def solid(boxes: np.ndarray, colour: Colour, opacity: float = 0.12) -> tuple[Lines, Faces]:
     """Return boxes (n, 6): their edges, and their faces translucent."""
     sides = [
         planes_across(boxes, axis, boxes[:, side]) for axis in range(3) for side in (axis, 3 + axis)
     ]
-    return [
-        coloured(box_segments(boxes), colour),
-        quads(np.concatenate(sides), colour, opacity),
-    ]
+    return coloured(box_segments(boxes), colour), quads(np.concatenate(sides), colour, opacity)
 
 
-def cut_across(box: np.ndarray, axis: int, position: float) -> list[Lines | Faces]:
+def cut_across(box: np.ndarray, axis: int, position: float) -> tuple[Lines, Faces]:
     """Return the plane that divides a box (6,): red, with its diagonals."""
     cut = planes_across(box[None], axis, np.array([position]))
     lines = np.concatenate([outlines(cut), cut[0, [[0, 2], [1, 3]]]])
-    return [coloured(lines, RED), quads(cut, RED, 0.2)]
+    return coloured(lines, RED), quads(cut, RED, 0.2)
 
 
 def outlines(polygons: np.ndarray) -> np.ndarray:
@@ -300,11 +297,11 @@ class Chart:
         high: np.ndarray,
         colour: Colour,
         opacity: float = 0.6,
-    ) -> list[Lines | Faces]:
+    ) -> tuple[Lines, Faces]:
         """Return rectangles from `left` to `right` and from `low` to `high`, (k,) each."""
         corners = [(left, low), (right, low), (right, high), (left, high)]
         quad = np.stack([self.points(x, y) for x, y in corners], axis=1)
-        return [coloured(outlines(quad), colour), quads(quad, colour, opacity)]
+        return coloured(outlines(quad), colour), quads(quad, colour, opacity)
 
     def mark(self, x: float, y: float, colour: Colour) -> Lines:
         """Return a star at a point, and the line from the axis up to it."""

@@ -26,7 +26,7 @@ from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from .drawing import GREY, ORANGE, Lines, coloured, column, counted, extent_of, faint, picture_of
 from .lesson import Lesson, Play, Subject
-from .morton import opaque, sorted_along, sorts_by_code
+from .morton_intervals import opaque, sorted_along, sorts_by_code
 from .picture import Mark, Picture, Row
 
 MOST_BITS = 10

@@ -77,6 +77,8 @@ class Reduction(Play):
         primitives = Primitives(self.scene.geometry, self.scene.boxes())
         make_rule, order = data_parallel_rules(primitives, settings)
         rule = make_rule()
+        rule.planes.fill(np.nan)  # of one triangle there are no candidates
+        rule.costs.fill(np.inf)
         progress.report(1, 2, text)
         call(look_at_candidates, rule, len(order), 0)
         progress.report(2, 2, text)

@@ -45,7 +45,7 @@ from .drawing import (
 )
 from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
-from .morton import opaque, sorts_by_code
+from .morton_intervals import opaque, sorts_by_code
 from .picture import Mark, Picture, Row
 from .scattering import TOP, drawn_items, drawn_result, drawn_sums, names_of_rows
 

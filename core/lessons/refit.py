@@ -21,6 +21,7 @@ from ..contract.protocols import Refittable
 from ..contract.structure import Structure
 from ..geometry.box_shape import box_segments
 from ..geometry.instances import lines_of_items
+from ..geometry.triangles import Triangles
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
@@ -114,8 +115,9 @@ def moment_of(frame: int, refitted: Any, rebuilt: Any, refit: float, rebuild: fl
     """
     scene = refitted.scene
     items = some_of(np.arange(len(scene)), MOST_ITEMS)
-    upper = (Upper(*tree.upper_boxes(LEVELS)) for tree in (refitted, rebuilt))
-    return Moment(frame, refit, rebuild, *upper, lines_of_items(scene.geometry, items))
+    lines = lines_of_items(scene.geometry, items)
+    both = Upper(*refitted.upper_boxes(LEVELS)), Upper(*rebuilt.upper_boxes(LEVELS))
+    return Moment(frame, refit, rebuild, *both, lines)
 
 
 def history_of(
@@ -141,7 +143,7 @@ def history_of(
     for number, scene in frames:
         refitted = original.refitted(scene, progress)
         rebuilt = type(original).build(scene, original.settings, progress)
-        costs = (tree.statistics(progress).sah for tree in (refitted, rebuilt))
+        costs = refitted.statistics(progress).sah, rebuilt.statistics(progress).sah
         history.append(moment_of(number, refitted, rebuilt, *costs))
     return history
 
@@ -154,6 +156,8 @@ def deformed(scene: Scene, deformation: str, share: float) -> Scene:
     InputError
         For a scene with other items.
     """
+    if not isinstance(scene.geometry, Triangles):
+        scene.refuse_other_items("meshes are deformed")
     if share == 0.0:
         return scene
     low, size = scene.lower, np.maximum(scene.upper - scene.lower, 1e-300)

@@ -39,10 +39,9 @@ from .drawing import (
     cut_across,
     faint,
     picture_of,
-    solid,
 )
 from .lesson import Lesson, Play, Subject
-from .moves import enlarged_beside
+from .moves import around, enlarged_beside
 from .picture import Picture, Row
 from .queues import is_data_parallel
 from .scattering import (
@@ -186,11 +185,8 @@ class Reordering(Play):
             coloured(lines_of_items(self.scene.geometry, this.ids[side]), colour)
             for side, colour in ((is_left, BLUE), (~is_left, ORANGE))
         ]
-        box, plane = (
-            solid(this.box[None], GREY)[0],
-            cut_across(this.box, this.axis, this.position)[0],
-        )
-        own = [part for part in (box, *lines, plane) if isinstance(part, Lines)]
+        box, plane = around(this.box, GREY), cut_across(this.box, this.axis, this.position)[0]
+        own = [box, *lines, plane]
         return [*own, *enlarged_beside(own, this.box, self.scene)]
 
     def _caption(self, this: Division, step: int) -> str:

@@ -164,17 +164,17 @@ class Sah(Play):
         parts: list[Lines | Faces] = [chart.axes()]
         marks, low, last = [], 0.0, -np.inf
 
-        def bar(left: float, right: float, low: float, high: float, colour: Colour) -> None:
-            values = (np.array([value]) for value in (left, right, low, high))
-            parts.extend(chart.blocks(*values, colour))
+        def bar(left: float, low: float, high: float, colour: Colour) -> None:
+            begin, end = np.array([left]), np.array([left + 0.18])
+            parts.extend(chart.blocks(begin, end, np.array([low]), np.array([high]), colour))
 
         for value, colour, text in pieces[:shown]:
-            bar(0.02, 0.2, low, low + value, colour)
+            bar(0.02, low, low + value, colour)
             last = max(low + 0.5 * value, last + 0.09 * top)
             marks.append(Mark(chart.place(0.22, last), text, colour[:3]))
             low += value
         if shown == len(TERMS) - 1:
-            bar(0.8, 0.98, 0.0, terms.unsplit, GREY)
+            bar(0.8, 0.0, terms.unsplit, GREY)
             marks.append(
                 Mark(chart.place(0.65, terms.unsplit + 0.07 * top), f"t_tri N = {terms.unsplit:g}")
             )

@@ -130,7 +130,10 @@ class Decision(Play):
         """Return the three parts that III and X make of V."""
         left, right = halves_of(self.box, third.axis, third.position)
         there = self.lines.inside(left)
-        parts = [*solid(left[None], BLUE, 0.1), coloured(self.lines.segments[there], BLUE)]
+        parts: list[Lines | Faces] = [
+            *solid(left[None], BLUE, 0.1),
+            coloured(self.lines.segments[there], BLUE),
+        ]
         parts += drawn_halves(self.lines, right, x)
         return [*parts, *cut_across(self.box, third.axis, third.position)]
 

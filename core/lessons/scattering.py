@@ -16,7 +16,7 @@ ITEMS, SUMS, RESULT = 2.5, 1.3, 0.1
 
 def squares(
     chart: Chart, places: np.ndarray, low: float, colour: Colour, height: float = 0.4
-) -> list[Lines | Faces]:
+) -> tuple[Lines, Faces]:
     """Return squares of a row that begins at a height of a chart."""
     floor = np.full(len(places), low)
     return chart.blocks(places + 0.1, places + 0.9, floor, floor + height, colour)
@@ -48,7 +48,8 @@ def drawn_sums(
 
 def drawn_result(chart: Chart, places: np.ndarray, is_blue: np.ndarray) -> list[Lines | Faces]:
     """Return the items at their places, and lines that lead there from their sums."""
-    x, parts = np.arange(len(places)), []
+    x = np.arange(len(places))
+    parts: list[Lines | Faces] = []
     for side, colour in ((is_blue, BLUE), (~is_blue, ORANGE)):
         count = int(side.sum())
         starts = chart.points(x[side] + 0.5, np.full(count, SUMS - 0.35))

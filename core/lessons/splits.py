@@ -76,7 +76,8 @@ def splits_by_cost(bvh: BVH, progress: Progress) -> list[Split]:
     depths = bvh.depths()
     by_depth = np.argsort(depths[log.cells[log.node[events]]], kind="stable")
     begin, end = ranges_of(bvh.arrays.first, bvh.arrays.size, bvh.width())
-    boxes, found = bvh.scene.boxes(), []
+    boxes = bvh.scene.boxes()
+    found: list[Split] = []
     for event in events[by_depth[:MOST_SPLITS]].tolist():
         progress.report(len(found), MOST_SPLITS, "Reading the splits")
         node = int(log.cells[log.node[event]])

@@ -10,7 +10,6 @@ from accelscope.core.evaluation.pages.animation_page import write_page
 from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
 from accelscope.core.evaluation.records.animation import animate, growth, table
 from accelscope.core.geometry.kinds import KINDS
-from accelscope.core.lessons import exhibits_of
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
 
@@ -100,15 +99,6 @@ def test_records_of_an_animation(lab, tmp_path):
     page = (tmp_path / "index.html").read_text()
     for file in re.findall('src="([^"]*)"', page):
         assert (tmp_path / file).stat().st_size > 0
-
-    structure = found.last[1].structure
-    assert "refit_over_timeline" not in [each.name for each in exhibits_of(structure)]
-    exhibits = exhibits_of(structure, found.history)
-    exhibit = next(each for each in exhibits if each.name == "refit_over_timeline")
-    assert exhibit.count == 3
-    frame = exhibit.frame(2)
-    assert np.isfinite(frame.segments).all()
-    assert f"{costs[2, 0]:.2f} refitted, {costs[2, 1]:.2f} built anew" in frame.caption
 
 
 def test_a_frame_with_other_triangles_is_named(lab):

@@ -1,6 +1,7 @@
 """Lesson "data_parallel_split": the reduction ends with the plane of the tree."""
 
 import numpy as np
+import pytest
 from accelscope.core.lessons.drawing import RED
 from accelscope.core.lessons.parallel_sah import Reduction, Settings
 from accelscope.core.progress import SILENT
@@ -41,8 +42,9 @@ def test_a_root_that_is_a_leaf_has_no_plane_that_was_taken(build):
     assert "leaf" in picture.caption
 
 
-def test_triangles_that_no_plane_tells_apart(build):
-    corners = np.tile(np.eye(3), (20, 1, 1))
+@pytest.mark.parametrize("count", [1, 20])
+def test_triangles_that_no_plane_tells_apart(build, count):
+    corners = np.tile(np.eye(3), (count, 1, 1))
     scene = Scene.from_triangles(corners, "same")
     tree = build("bvh", scene, "builder=parallel_sah", log=True)
     play = Reduction(tree, tree.build_log, SILENT)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from accelscope.core.lessons.morton import sorted_along
+from accelscope.core.lessons.morton_intervals import sorted_along
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh.builders.morton.codes import codes_of

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of
-from accelscope.core.lessons.morton import Intervals, Settings, has_intervals, sorts_by_code
+from accelscope.core.lessons.morton_intervals import (
+    Intervals,
+    Settings,
+    has_intervals,
+    sorts_by_code,
+)
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh.builders.morton.codes import sort_by_code

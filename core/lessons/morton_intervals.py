@@ -210,10 +210,10 @@ def brackets(chart: Chart, levels: list[Level]) -> tuple[Lines, list[Mark]]:
         segments += [np.stack(piece, axis=1) for piece in pieces]
         colours += [opaque(ramp(level.middles[level.node[begins]]))] * 3
     if len(begins) <= NUMBERED:
-        y = chart.top - len(levels) + 0.3
+        low = chart.top - len(levels) + 0.3
         for place, (begin, end) in enumerate(zip(begins.tolist(), ends.tolist(), strict=True)):
             # Every second one lower, so that they do not meet.
-            marks.append(Mark(chart.place(begin, y - 0.7 * (place % 2)), f"[{begin}, {end})"))
+            marks.append(Mark(chart.place(begin, low - 0.7 * (place % 2)), f"[{begin}, {end})"))
     return Lines(np.concatenate(segments), np.concatenate(colours)), marks
 
 
