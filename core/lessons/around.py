@@ -11,7 +11,9 @@ from ..contract.cells import Cells
 from ..contract.outlines import triangles_of, wires_of
 from ..geometry.combined import Intersection, Union, is_polyhedral
 from ..geometry.geometry import hulls_of
+from ..geometry.hull import hull_area, hull_faces
 from ..geometry.icosphere import icosphere
+from ..geometry.kdop import DIRECTIONS
 from ..geometry.sphere import Spheres
 from ..progress import SILENT, Progress
 from ..scene import Scene
@@ -19,6 +21,9 @@ from ..structures.bvh.topology.fit import fit_all
 
 SPHERE = icosphere(4)
 """What a sphere's surface is drawn by, (1280, 3, 3)."""
+
+WITHIN = 1e-9
+"""How far inside of a hull a point has to be, in sizes of the scene, to be left out."""
 
 HALVINGS = 3
 """How often a side's triangles are cut in four where only a part of it is drawn."""
@@ -38,6 +43,43 @@ def volume_around(scene: Scene, kind: str, progress: Progress = SILENT) -> Any:
     corners = corners[np.argsort(corners[:, :, axis].mean(axis=1), kind="stable")]
     progress.report(1, 2, "Fitting a volume")
     return fit_all(kind, corners, np.zeros(1, int), np.full(1, len(corners)), progress)
+
+
+def hull_surface(scene: Scene, progress: Progress = SILENT) -> float:
+    """Return the surface area of the convex hull of all items.
+
+    What lies inside the hull of the points that are farthest in 26 directions is no corner of it,
+    and is left out.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    corners, _ = hulls_of(scene.geometry)
+    points, text = corners.reshape(-1, 3), "Finding the convex hull"
+    progress.report(0, len(DIRECTIONS[26]), text)
+    # A vertex comes once for each of its triangles: equal points have equal sums.
+    sums = points[:, 0] + np.sqrt(2.0) * points[:, 1] + np.pi * points[:, 2]
+    points = points[np.unique(sums, return_index=True)[1]]
+    farthest = []
+    for done, direction in enumerate(DIRECTIONS[26]):
+        progress.report(done, len(DIRECTIONS[26]), text)
+        along = points @ np.array(direction, dtype=np.float64)
+        farthest += [int(along.argmin()), int(along.argmax())]
+    faces = hull_faces(points[np.unique(farthest)])
+    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    proper = lengths > 0.0
+    is_outside = np.full(len(points), not proper.any())
+    reach = WITHIN * float((scene.upper - scene.lower).max())
+    for done, (face, normal) in enumerate(
+        zip(faces[proper], normals[proper] / lengths[proper, None], strict=True)
+    ):
+        progress.report(done, len(faces), text)
+        is_outside |= points @ normal > face[0] @ normal - reach
+    progress.report(len(faces), len(faces), text)
+    return hull_area(points[is_outside])
 
 
 def edges_of(

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from ..geometry.geometry import hulls_of
-from ..geometry.hull import hull_area
 from ..geometry.kinds import KINDS
 from ..kernels import announcing
 from ..progress import Progress
@@ -22,7 +21,7 @@ from ..sah.line_sample import Ball, random_lines_through
 from ..sah.timing import time_of_volume
 from ..scene import Scene
 from ..settings import setting
-from .around import edges_of, surface_of, volume_around
+from .around import edges_of, hull_surface, surface_of, volume_around
 from .drawing import BLUE, GREY, RED, Chart, coloured, picture_of, tinted
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
@@ -53,7 +52,7 @@ class Volumes(Play):
     def __init__(self, scene: Scene, progress: Progress) -> None:
         self.scene = scene
         corners, _ = hulls_of(scene.geometry)
-        self.hull = hull_area(corners.reshape(-1, 3))
+        self.hull = hull_surface(scene, progress)
         rays = random_lines_through(Ball.around(scene.lower, scene.upper, 1.0), RAYS, seed=1)
         reach = scene.geometry.reach
         self.volumes, self.times = {}, {}

@@ -14,13 +14,12 @@ import numpy as np
 
 from ..geometry.geometry import hulls_of
 from ..geometry.half_spaces import every_other, faces_of, measured
-from ..geometry.hull import hull_area
 from ..geometry.marks import stars
 from ..geometry.polygons import Polygons
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
-from .around import edges_of, surface_of, volume_around
+from .around import edges_of, hull_surface, surface_of, volume_around
 from .drawing import BLUE, GREEN, GREY, RED, coloured, halves, outlines, picture_of, tinted
 from .lesson import Lesson, Play, Subject, frame_knob
 from .picture import Mark, Picture, Row
@@ -83,8 +82,7 @@ class Strips(Play):
         self.low, self.high = self.volume.rows[0, 0::2], self.volume.rows[0, 1::2]
         corners, _ = hulls_of(scene.geometry)
         points = corners.reshape(-1, 3)
-        progress.report(0, 1, "Finding the hull")
-        self.hull = hull_area(points)
+        self.hull = hull_surface(scene, progress)
         along = [points @ normal for normal in self.normals]
         self.touched = [points[[each.argmin(), each.argmax()]] for each in along]
         self.ends = {"frame": STEPS * len(self.normals)}

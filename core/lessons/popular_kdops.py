@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 
 from ..contract.outlines import triangles_of
-from ..geometry.geometry import hulls_of
-from ..geometry.hull import hull_area
 from ..geometry.kdop import KDOPs
 from ..progress import Progress
 from ..scene import Scene
 from ..settings import setting
-from .around import beside_each_other, edges_of, volume_around
+from .around import beside_each_other, edges_of, hull_surface, volume_around
 from .drawing import BLUE, GREEN, GREY, ORANGE, coloured, items_in, picture_of, shifted, tinted
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
@@ -46,9 +44,7 @@ class Popular(Play):
 
     def __init__(self, scene: Scene, progress: Progress) -> None:
         self.scene = scene
-        corners, _ = hulls_of(scene.geometry)
-        progress.report(0, 1, "Finding the hull")
-        self.hull = hull_area(corners.reshape(-1, 3))
+        self.hull = hull_surface(scene, progress)
         self.volumes = {k: volume_around(scene, f"kdop{k}", progress) for k in KINDS}
         self.areas = {k: float(each.areas()[0]) for k, each in self.volumes.items()}
         self.contents = {k: float(each.contents()[0]) for k, each in self.volumes.items()}

@@ -14,7 +14,6 @@ import numpy as np
 
 from ..contract.structure import Structure
 from ..geometry.geometry import hulls_of
-from ..geometry.hull import hull_area
 from ..geometry.kinds import COMBINED, KINDS
 from ..progress import SILENT, Progress
 from ..sah.line_sample import (
@@ -28,7 +27,7 @@ from ..sah.line_sample import (
 from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.fit import fit_all
-from .around import edges_of
+from .around import edges_of, hull_surface
 from .drawing import BLUE, GREEN, GREY, ORANGE, Lines, coloured, frame_of, picture_of
 from .exhibit import Exhibit, Frame, Once
 from .lesson import Lesson, Play, Subject
@@ -83,7 +82,7 @@ class Shares(Play):
         ball = Ball.around(scene.lower, scene.upper, SPREAD)
         self.kind = kind
         self.volume = fit_all(kind, corners, np.zeros(1, int), np.full(1, len(corners)), progress)
-        self.hull = hull_area(corners.reshape(-1, 3))
+        self.hull = hull_surface(scene, progress)
         self.edges, _ = edges_of(self.volume)
         self.counted: dict[str, LineSample] = {}
         self.drawn: dict[str, LineSample] = {}

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..geometry.combined import Intersection, Union
 from ..geometry.geometry import intersect
 from ..geometry.rays import RayArrays, make_ray
 from ..geometry.triangles import Triangles
@@ -81,8 +82,8 @@ def time_of_volume(kind: str, corners: np.ndarray, rays: RayArrays, reach: np.nd
 
     A single test takes little more than the clock's noise, so many copies are tested as well.
     """
-    begin, end = np.zeros(COPIES, np.int64), np.full(COPIES, len(corners))
-    volumes = fit_all(kind, corners, begin, end, SILENT)
+    one_volume = fit_all(kind, corners, np.zeros(1, np.int64), np.full(1, len(corners)), SILENT)
+    volumes = copies_of(one_volume)
     t, strips = np.empty(min(TIMED_RAYS, len(rays.t_max))), np.empty((MOST_STRIPS, 3))
     one, many = (
         nanoseconds(len(t), enter_lines, volumes, copies, rays, reach, strips, t)
@@ -90,6 +91,13 @@ def time_of_volume(kind: str, corners: np.ndarray, rays: RayArrays, reach: np.nd
     )
     test = max((many - one) / (COPIES - 1), 1e-3)
     return test + max(one - test - time_of_ray(rays, reach), 0.0)
+
+
+def copies_of(volumes: Any) -> Any:
+    """Return COPIES of a single volume, which may be a combined one."""
+    if isinstance(volumes, Intersection | Union):
+        return type(volumes)(copies_of(volumes.first), copies_of(volumes.second))
+    return volumes._replace(rows=np.repeat(volumes.rows, COPIES, axis=0))
 
 
 def time_of_object(triangles: Triangles, rays: RayArrays) -> float:
