@@ -60,6 +60,9 @@ class Building:
         References below.
     last : int
         The last step.
+    boxes_at, tests_at : (last + 1,) float64
+        How many boxes are there after each step, and the tests of a line through the root if those
+        were the leaves.
     """
 
     def __init__(self, bvh: BVH) -> None:
@@ -69,21 +72,32 @@ class Building:
         self.made, self.replaced = log.steps(bvh.parents())
         begin, end = ranges_of(bvh.arrays.first, bvh.arrays.size, bvh.width())
         self.count, self.last = end - begin, log.last_step
-        self.areas = bvh.areas
+        # Those with the most objects first; of equals some here and there.
+        chance = np.random.default_rng(1).random(len(self.count))
+        self._order = np.lexsort([chance, -self.count])
+        self._made, self._replaced = self.made[self._order], self.replaced[self._order]
+        tests = bvh.areas * self.count / (float(bvh.areas[0]) or 1.0)
+        self.boxes_at, self.tests_at = self.there(np.ones(len(tests))), self.there(tests)
         self.cost = float(bvh.efficiency().expected[0])
 
     def step(self, percent: int) -> int:
         """Return the step after which a share of all is done."""
         return -(-self.last * percent // 100)
 
-    def nodes_at(self, step: int) -> np.ndarray:
-        """Return the nodes that are there after a step and not yet replaced: a partition."""
-        return np.flatnonzero((self.made <= step) & (step < self.replaced))
+    def there(self, values: np.ndarray) -> np.ndarray:
+        """Return the sum of values of the nodes that are there after each step, (last + 1,)."""
+        steps, never = self.last + 2, self.last + 1
+        come = np.bincount(self.made, values, steps)
+        go = np.bincount(np.minimum(self.replaced, never), values, steps)
+        return np.cumsum(come - go)[:never]
 
-    def largest(self, nodes: np.ndarray) -> np.ndarray:
-        """Return those with the most objects, the largest last; of equals some here and there."""
-        chance = np.random.default_rng(1).random(len(self.count))[nodes]
-        return nodes[np.lexsort([chance, -self.count[nodes]])[:MOST_BOXES]][::-1]
+    def nodes_at(self, step: int, most: int | None = None) -> np.ndarray:
+        """Return the nodes that are there after a step and not yet replaced: a partition.
+
+        Those with the most objects come first.
+        """
+        is_there = (self._made <= step) & (step < self._replaced)
+        return self._order[np.flatnonzero(is_there)[:most]]
 
 
 class Construction(Play):
@@ -102,24 +116,22 @@ class Construction(Play):
         """Return the picture after a share of the steps."""
         size = self.scene.upper - self.scene.lower
         above = self.scene.upper - np.array([size[0], 0.5 * size[1], -0.12 * size.max()])
-        root = max(float(building.areas[0]) for building in self.buildings.values()) or 1.0
         parts: list[Any] = []
         marks, rows, texts = [], [], []
         places = beside_each_other(self.scene, len(self.buildings))
         for (name, building), place in zip(self.buildings.items(), places, strict=True):
             step = building.step(settings.percent)
-            nodes = building.nodes_at(step)
-            drawn = building.largest(nodes)
+            number = round(building.boxes_at[step])
+            drawn = building.nodes_at(step, MOST_BOXES)[::-1]
             colours = count_colours(building.count[drawn] - 1, len(self.scene) - 1)
             colours = np.column_stack([colours, np.ones(len(drawn))]).repeat(12, axis=0)
             if place.any():  # the mesh itself is there once
                 parts.append(shifted(self.body, place))
             parts.append(shifted(Lines(box_segments(building.boxes[drawn]), colours), place))
-            marks.append(Mark(above + place, f"{name}: {counted(len(nodes), 'box', 'boxes')}"))
+            marks.append(Mark(above + place, f"{name}: {counted(number, 'box', 'boxes')}"))
             texts.append(f"{name.lower()} step {step} of {building.last}")
-            share = float(building.areas[nodes] @ building.count[nodes]) / root
             rows.append(
-                Row(name, f"{counted(len(nodes), 'box', 'boxes')}, {share:.1f} tests",
+                Row(name, f"{counted(number, 'box', 'boxes')}, {building.tests_at[step]:.1f} tests",
                     "Boxes that are there, and the tests of a line through the root if they "
                     "were the leaves")
             )  # fmt: skip

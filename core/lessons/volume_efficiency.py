@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..geometry.kinds import KINDS
+from ..geometry.triangles import Triangles
 from ..kernels import announcing
 from ..progress import Progress
 from ..sah.line_sample import Ball, random_lines_through, sample_of
@@ -141,7 +142,8 @@ def origin_of(given: float) -> str:
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Fit the volume, count lines and measure times."""
     scene = subject.scene.flat()
-    _ = scene.triangles  # refuses other items: those are what the timing tests
+    if not isinstance(scene.geometry, Triangles):
+        scene.refuse_other_items("the test of an object is timed")
     return Efficiency(scene, settings, progress)
 
 

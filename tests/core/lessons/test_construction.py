@@ -30,6 +30,10 @@ def test_boxes_divide_the_scene_after_every_step(lab, play_lesson, name):
             assert spans[-1][1] == n
             assert all(a[1] == b[0] for a, b in itertools.pairwise(spans))
             counts.append(len(nodes))
+            assert building.boxes_at[step] == len(nodes)
+            tests = (structure.areas * (end - begin))[nodes].sum() / (structure.areas[0] or 1.0)
+            assert building.tests_at[step] == pytest.approx(tests, rel=1e-9)
+            assert (np.diff((end - begin)[nodes]) <= 0).all()
         if name == "Top-down":
             assert counts == [step + 1 for step in steps]
         elif name == "Bottom-up":
