@@ -55,8 +55,6 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
         session.current.set_built(result)
-        session.current.show_exhibit(context)
-        session.current.show_plane(context)
         text = session.current.headline()
         if dropped := result.snapshot.scene.dropped:
             text += f"; {dropped} triangles that are not finite were left out"

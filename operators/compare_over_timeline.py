@@ -25,7 +25,8 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
     bl_label = "Compare over Timeline"
     bl_description = (
         "Build in the first frame of the timeline, refit in every other one, and compare with "
-        "a tree built anew for each. The curve of cost becomes an exhibit. Instances are flattened"
+        "a tree built anew for each. The lesson Refit over the Timeline shows "
+        "it frame by frame on your mesh. Instances are flattened"
     )
     bl_options = {"REGISTER"}
 

@@ -67,8 +67,6 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
 
         before, outcome = result
         session.current.set_built(outcome)
-        session.current.show_exhibit(context)
-        session.current.show_plane(context)
         after = outcome.record["statistics"]["sah"]
         return (
             f"Refitted in {show_seconds(outcome.built.seconds)}: "

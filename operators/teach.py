@@ -71,6 +71,7 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
         root, is_own = context.scene.accelscope, self.subject == MESH
         taken, given = None, []
         traced, ray = session.current.traced, root.ray_index
+        history = session.current.history
         sample, sample_settings = sample_and_settings(lesson.sample)
         if is_own:
             given = session.current.given_for(lesson, context)
@@ -93,6 +94,8 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
                 subject = lesson.subject(scene, progress, given)
                 if given and traced is not None:
                     subject = dataclasses.replace(subject, rays=traced.rays, ray=ray)
+                if is_own and lesson.takes_frames:
+                    subject = dataclasses.replace(subject, history=history)
                 play = lesson.play(subject, settings, progress)
             return Ready(lesson, subject, play, settings), items, label
 

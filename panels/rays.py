@@ -32,7 +32,7 @@ ICONS = {
 
 class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
     bl_label = "Rays"
-    bl_order = 5
+    bl_order = 3
 
     def draw_loaded(
         self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any
@@ -61,10 +61,6 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
         column.operator("accelscope.step_ray")
         if current.steps is not None:
             self.draw_walk(context, layout, root)
-        column = layout.column(align=True)
-        column.operator("accelscope.show_links")
-        if current.linked_leaf >= 0:
-            column.label(text=f"Links of leaf {current.linked_leaf}", icon="LINKED")
 
     def draw_walk(self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any) -> None:
         """Draw the recorded walk: what is seen of it, and in which event it stands."""

@@ -1,4 +1,4 @@
-"""The overlay: cells, ray paths and exhibits over the scene in every 3D viewport.
+"""The overlay: cells and ray paths over the scene in every 3D viewport.
 
 Cells are uploaded once, at the first draw after :func:`set_cells`, in three sections: leaves with
 primitives, inner nodes, empty leaves, each sorted by depth (:mod:`.selection`). So whatever the
@@ -12,7 +12,7 @@ Nothing here holds a reference to Blender's data, so undo, file load and deleted
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,17 +27,11 @@ from . import overlay_shader, overlay_upload, selection, shown
 if TYPE_CHECKING:
     from .drawable import Drawable, FaceBatch, LineBatch
 
-RAY, EXHIBIT, PLANE = "ray", "exhibit", "plane"
-"""Layers of lines. Each is set for itself, and does not push the others out."""
+RAY_WIDTH = 2.0
+"""Width of a ray's lines in pixels beyond that of cells."""
 
-LAYER_WIDTH = {EXHIBIT: 0.5, PLANE: 1.0, RAY: 2.0}
-"""Width of lines in pixels beyond that of cells, by layer; the last is drawn on top."""
-
-HIDDEN_OPACITY, HIDDEN_OPACITY_OF_FEW = 0.25, 0.5
-"""Opacity of those parts of lines in layers that lie behind something, of many and of few."""
-
-FEW_LINES = 2000
-"""So many lines do not hide each other."""
+HIDDEN_OPACITY = 0.25
+"""Opacity of those parts of a ray that lie behind something."""
 
 FADED = 0.3
 """How opaque cells are that are not those of the scene any more."""
@@ -110,7 +104,7 @@ class _Drawn:
         return self._faces(self.drawable.empty_faces)
 
 
-class _Layer:
+class _Ray:
     """Thick lines of all colours, uploaded at the first draw."""
 
     def __init__(self, segments: np.ndarray, colours: np.ndarray) -> None:
@@ -134,11 +128,10 @@ class _Overlay:
         self.uploads = 0
         self.tools: _Tools | None = None
         self.drawn: _Drawn | None = None
-        self.cells_hidden = False
         self.without_cells = 0
         self.is_stale: Callable[[bpy.types.Context], bool] = lambda context: False
         self.strength = 1.0
-        self.layers: dict[str, _Layer] = {}
+        self.ray: _Ray | None = None
 
 
 _overlay = _Overlay()
@@ -164,21 +157,14 @@ def disable() -> None:
         _overlay.handler = None
     _overlay.tools = None
     set_cells(None)
-    hide_cells(False)
-    for layer in LAYER_WIDTH:
-        set_lines(layer, None)
+    hide_cells_in(0)
+    set_ray(None)
 
 
 def set_cells(drawable: Drawable | None) -> None:
     """Show these cells from the next draw on, or none."""
     _overlay.failed = False
     _overlay.drawn = None if drawable is None else _Drawn(drawable)
-    tag_redraw()
-
-
-def hide_cells(hidden: bool) -> None:
-    """Leave out the cells from the next draw on, whatever the display settings say."""
-    _overlay.cells_hidden = hidden
     tag_redraw()
 
 
@@ -193,28 +179,21 @@ def hide_cells_in(owner: int) -> None:
     tag_redraw()
 
 
-def set_lines(layer: str, segments: np.ndarray | None, colours: np.ndarray | None = None) -> None:
-    """Show these thick lines in a layer from the next draw on, or none.
+def set_ray(segments: np.ndarray | None, colours: np.ndarray | None = None) -> None:
+    """Show these thick lines from the next draw on, or none.
 
     Parameters
     ----------
-    layer : {RAY, EXHIBIT, PLANE}
     segments : (k, 2, 3) array_like of float, or None
         Both ends of each line in world space.
     colours : (k, 4) array_like of float
         sRGB and opacity of each line.
     """
     _overlay.failed = False
-    _overlay.layers.pop(layer, None)
+    _overlay.ray = None
     if segments is not None and colours is not None and len(segments):
-        _overlay.layers[layer] = _Layer(segments, colours)
+        _overlay.ray = _Ray(segments, colours)
     tag_redraw()
-
-
-def points_of(layers: Sequence[str]) -> np.ndarray:
-    """Return the ends of all lines in some layers, (n, 3) float32."""
-    shown = [_overlay.layers[name].segments for name in layers if name in _overlay.layers]
-    return np.concatenate([np.empty((0, 2, 3), np.float32), *shown]).reshape(-1, 3)
 
 
 def uploads() -> int:
@@ -233,8 +212,6 @@ def tag_redraw() -> None:
 def shown_text(display: Any) -> str:
     """Say how many cells the display settings show: ``"showing 1 203 of 4 096 cells"``."""
     drawn = _overlay.drawn
-    if drawn and _overlay.cells_hidden:
-        return "cells hidden while an exhibit is shown"
     return shown.in_words(drawn.drawable, display) if drawn else "no cells"
 
 
@@ -262,7 +239,7 @@ def _draw_callback() -> None:
 
 
 def draw(display: Any, pixel_size: float = 1.0, has_cells: bool = True) -> None:
-    """Draw cells and layers with the current matrices into the current frame buffer.
+    """Draw cells and the ray with the current matrices into the current frame buffer.
 
     Parameters
     ----------
@@ -275,12 +252,7 @@ def draw(display: Any, pixel_size: float = 1.0, has_cells: bool = True) -> None:
     has_cells : bool
         Whether cells are drawn, and the ray that goes through them.
     """
-    has_cells &= display.show
-    drawn = _overlay.drawn if has_cells and not _overlay.cells_hidden else None
-    layers = [layer for layer in LAYER_WIDTH if layer in _overlay.layers]
-    if not has_cells and RAY in layers:
-        layers.remove(RAY)
-    if drawn is None and not layers:
+    if not has_cells or not display.show or (_overlay.drawn is None and _overlay.ray is None):
         return
     if _overlay.tools is None:
         _overlay.tools = _Tools(
@@ -295,17 +267,13 @@ def draw(display: Any, pixel_size: float = 1.0, has_cells: bool = True) -> None:
     gpu.state.depth_mask_set(False)
     gpu.state.depth_test_set("LESS_EQUAL")
     try:
-        if drawn is not None:
+        if _overlay.drawn is not None:
             # Faces first: lines stay crisp on top of them.
-            _draw_faces(_overlay.tools, drawn, display)
-            _draw_lines(_overlay.tools, drawn, display, pixel_size)
-        for name in layers:
-            layer = _overlay.layers[name]
-            # Rays run through cells: there the crispest line is the one in front.
-            few = name != RAY and len(layer.segments) <= FEW_LINES
-            width = (display.line_width + LAYER_WIDTH[name]) * pixel_size
-            hidden = HIDDEN_OPACITY_OF_FEW if few else HIDDEN_OPACITY
-            _draw_layer(_overlay.tools, layer, width, hidden)
+            _draw_faces(_overlay.tools, _overlay.drawn, display)
+            _draw_lines(_overlay.tools, _overlay.drawn, display, pixel_size)
+        if _overlay.ray is not None:
+            width = (display.line_width + RAY_WIDTH) * pixel_size
+            _draw_ray(_overlay.tools, _overlay.ray, width)
     finally:
         gpu.state.blend_set(before[0])
         gpu.state.depth_test_set(before[1])
@@ -418,9 +386,9 @@ def _draw_run(
         shape.draw_instanced(shader, instance_count=end - begin)
 
 
-def _draw_layer(tools: _Tools, layer: _Layer, width: float, hidden: float) -> None:
-    """Draw the lines of a layer, faint where they lie behind something."""
+def _draw_ray(tools: _Tools, ray: _Ray, width: float) -> None:
+    """Draw the lines of a ray, faint where they lie behind something."""
     shader = tools.paths_shader
     shader.bind()
     overlay_shader.set_view(shader, width)
-    overlay_shader.draw_twice(shader, layer.batch, hidden)
+    overlay_shader.draw_twice(shader, ray.batch, HIDDEN_OPACITY)

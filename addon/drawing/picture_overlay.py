@@ -18,7 +18,7 @@ from gpu_extras.batch import batch_for_shader
 from ...core.printing import print_lines, print_traceback
 from . import labels, overlay_shader, overlay_upload
 from .labels import Room
-from .overlay import FEW_LINES, HIDDEN_OPACITY, HIDDEN_OPACITY_OF_FEW, tag_redraw
+from .overlay import tag_redraw
 from .viewport import room_in
 
 if TYPE_CHECKING:  # only the types: their modules bring Numba in
@@ -26,6 +26,12 @@ if TYPE_CHECKING:  # only the types: their modules bring Numba in
 
 LINE_WIDTH = 1.8
 """Width of lines, in pixels on a screen of ordinary resolution."""
+
+HIDDEN_OPACITY, HIDDEN_OPACITY_OF_FEW = 0.25, 0.5
+"""Opacity of those parts of lines that lie behind something, of many and of few."""
+
+FEW_LINES = 2000
+"""So many lines do not hide each other."""
 
 HIDDEN_FACES = 0.4
 """Opacity of those parts of faces that lie behind something."""

@@ -15,7 +15,6 @@ from ..from_blender.view import View
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ...core.evaluation.records.experiment import Built, Traced
-    from ...core.lessons.exhibit import Exhibit
     from ...core.lessons.refit import Moment
     from ...core.scene import Scene
 
@@ -27,7 +26,7 @@ class Outcome(NamedTuple):
     built: Built
     drawable: Drawable
     record: dict[str, Any]
-    exhibits: list[Exhibit]
+    history: Sequence[Moment]
 
     @classmethod
     def of(
@@ -54,12 +53,11 @@ class Outcome(NamedTuple):
         """
         from ...core.contract.within import cells_with_instances
         from ...core.evaluation.records.experiment import make_record
-        from ...core.lessons import exhibits_of
 
         structure = built.structure
         record = more | make_record(built, None, progress)
         drawable = make_drawable(cells_with_instances(structure, progress), progress)
-        return cls(snapshot, built, drawable, record, exhibits_of(structure, history))
+        return cls(snapshot, built, drawable, record, history)
 
 
 def drawable_if_made(traced: Traced, built: Built, progress: Progress = SILENT) -> Drawable | None:

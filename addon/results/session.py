@@ -7,10 +7,9 @@ and are dropped when another file is loaded. Whether they are still those of the
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
-import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,7 +18,7 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from ...core.errors import InputError
-from ...core.printing import print_lines, show_integer
+from ...core.printing import show_integer
 from ...core.scene.placing import KEEP
 from ...core.settings import has_effect
 from .. import handlers, jobs
@@ -30,8 +29,6 @@ from ..from_blender.snapshot import Look, Snapshot, Taken
 from ..from_blender.view import View
 from ..settings import choices, generated
 from .outcome import Outcome
-from .showcase import Showcase
-from .split_plane import SplitPlaneSettings, SplitView
 from .wording import refusal_in_panel
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
@@ -41,6 +38,7 @@ if TYPE_CHECKING:  # importing them for real would import Numba, and make Blende
     from ...core.evaluation.records.experiment import Built, Traced
     from ...core.lessons.lesson import Lesson
     from ...core.lessons.ray_path import Walk
+    from ...core.lessons.refit import Moment
 
 
 class Status(NamedTuple):
@@ -70,16 +68,10 @@ class Session:
         or of a cone around it, half of whose angle this is, in radians.
     legend : list of (str, str)
         What is drawn of that walk: names of colours, and texts.
-    linked_leaf : int
-        Number of the leaf whose links are drawn, -1 for none.
-    links : tuple of (segments, colours)
-        The picture of those links.
-    showcase : Showcase
-        Exhibits of the structure; empty before the first build.
     timeline : list of dict
         The records of the last comparison over the timeline.
-    split_view : SplitView
-        The plane that divides the scene.
+    history : list of Moment
+        The same for the lesson of refitting.
     other_view : str
         Which of the structure's needs beside triangles had changed, when that was last compared.
     """
@@ -93,11 +85,8 @@ class Session:
     step_index: int = -1
     half_angle: float = 0.0
     legend: list[tuple[str, str]] = field(default_factory=list)
-    linked_leaf: int = -1
-    links: tuple[np.ndarray, np.ndarray] | None = None
-    showcase: Showcase = field(default_factory=Showcase)
     timeline: list[dict[str, Any]] = field(default_factory=list)
-    split_view: SplitView | None = None
+    history: Sequence[Moment] = ()
     other_view: str = ""
 
     # Storing results.
@@ -135,9 +124,13 @@ class Session:
         look, structure = self.snapshot.look, self.built.structure
         if structure.build_log is None or lesson.suits(structure):
             return []
-        visible = list(extraction.objects_in_scope(context.view_layer, extraction.VISIBLE))
-        is_part = 0 < sum(obj.select_get() for obj in visible) < len(visible)
-        if look.owner != context.scene.session_uid or is_part != (look.scope != extraction.VISIBLE):
+        scoped = extraction.objects_in_scope(context.view_layer, extraction.SELECTED)
+        selected = {obj.session_uid for obj in scoped}
+        built_over = {key[0] or key[1] for key in look.digests}
+        is_other = selected and not built_over <= selected
+        if look.scope == extraction.SELECTED:
+            is_other = not selected
+        if is_other or look.owner != context.scene.session_uid:
             return []
         depsgraph = context.evaluated_depsgraph_get()
         look.compare(depsgraph)
@@ -145,13 +138,11 @@ class Session:
 
     def set_built(self, outcome: Outcome) -> None:
         """Replace everything by a new structure, and draw it."""
-        view = SplitView(outcome.built.structure.scene)
         overlay.set_cells(outcome.drawable)
         self.snapshot, self.built = outcome.snapshot, outcome.built
         self.drawable, self.record = outcome.drawable, outcome.record
         self.traced, self.timeline, self.other_view = None, [], ""
-        self.showcase = Showcase(outcome.exhibits)
-        self.split_view = view
+        self.history = outcome.history
         self.watch()
         self._clear_paths()
         overlay.enable()
@@ -174,10 +165,6 @@ class Session:
         """Keep the walk of one traced ray, or of a cone around it (half angle in radians)."""
         self.step_index, self.steps, self.half_angle = index, steps, half_angle
 
-    def set_links(self, number: int, picture: tuple[np.ndarray, np.ndarray] | None) -> None:
-        """Keep the leaf whose links are drawn, -1 for none, and how."""
-        self.linked_leaf, self.links = number, picture
-
     def path(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the recorded ray or cone as it is drawn, segments and colours; None without."""
         from ...core.lessons.ray_path import segments_of
@@ -185,34 +172,15 @@ class Session:
         return segments_of(self._walk()) if self.steps is not None else None
 
     def draw_paths(self, event: int | None = None) -> None:
-        """Draw the recorded ray, up to an event if one is given, and the links of the leaf."""
+        """Draw the recorded ray, up to an event if one is given."""
         from ...core.lessons.ray_path import legend, segments_of
 
-        paths = [] if self.links is None else [self.links]
-        if self.steps is not None:
-            walk = self._walk()
-            paths.append(segments_of(walk, event))
-            self.legend = legend(walk, event)
-        if paths:
-            overlay.set_lines(overlay.RAY, *(np.concatenate(parts) for parts in zip(*paths)))
-        else:
-            overlay.set_lines(overlay.RAY, None)
-
-    def show_exhibit(self, context: bpy.types.Context) -> None:
-        """Draw the frame that the panel asks for; one that has still to be made starts a job."""
-        drawn = self.showcase.draw(context.scene.accelscope.exhibits)
-        if not drawn:
-            make_frame_soon(context.scene)
-
-    def show_plane(self, context: bpy.types.Context) -> None:
-        """Draw the plane that the panel asks for, or none; the first of an axis starts a job."""
-        if self.split_view is None:
+        if self.steps is None:
+            overlay.set_ray(None)
             return
-        group = context.scene.accelscope.split_plane
-        settings = generated.read(group, SplitPlaneSettings, "Split Plane")
-        drawn = self.split_view.draw(settings if group.show else None)
-        if not drawn:
-            make_frame_soon(context.scene)
+        walk = self._walk()
+        overlay.set_ray(*segments_of(walk, event))
+        self.legend = legend(walk, event)
 
     def _walk(self) -> Walk:
         from ...core.lessons.ray_path import Walk
@@ -228,19 +196,17 @@ class Session:
 
     def _clear_paths(self) -> None:
         self._forget_paths()
-        overlay.set_lines(overlay.RAY, None)
+        overlay.set_ray(None)
 
     def _forget_paths(self) -> None:
         self.step_index, self.steps, self.legend = -1, None, []
-        self.linked_leaf, self.links = -1, None
 
     def clear(self) -> None:
         """Drop all results and stop drawing."""
         if self.built is not None:
             overlay.disable()
         self.snapshot = self.built = self.drawable = self.record = self.traced = None
-        self.showcase, self.split_view = Showcase(), None
-        self.timeline = []
+        self.timeline, self.history = [], ()
         self.watch()
         self._forget_paths()
 
@@ -360,12 +326,6 @@ class Session:
         """Return what the file has and the scene that was built over has not, in sentences."""
         return self.snapshot.scene.notes if self.snapshot else ()
 
-    def has_links(self) -> bool:
-        """Say whether the structure links leaves to their neighbours."""
-        from ...core.contract.protocols import Linked
-
-        return self.built is not None and isinstance(self.built.structure, Linked)
-
     def event_text(self, event: int) -> str:
         """Say what happens in an event of the recorded ray."""
         from ...core.lessons.ray_path import event_text
@@ -402,45 +362,6 @@ def to_words(value: Any) -> str:
 current = Session()
 
 
-# ------------------------------------------------------------------------- beside the results
-
-
-_asking_scene = 0
-"""Session id of the scene whose panels have asked for a frame last."""
-
-
-def make_frame_soon(scene: bpy.types.Scene) -> None:
-    """Make the frame or the plane that panels of a scene ask for, once Blender is done with them.
-
-    A list that is open, and a field that is dragged, have handlers of their own. A job adds one,
-    and Blender has crashed when that came about while it was in theirs.
-    """
-    global _asking_scene
-    _asking_scene = scene.session_uid
-    if bpy.app.background:
-        _make_frame()
-    elif not bpy.app.timers.is_registered(_make_frame):
-        bpy.app.timers.register(_make_frame)
-
-
-def _make_frame() -> None:
-    # The job that is under way may be another one: the panel has a button to try again.
-    if jobs.running() is not None:
-        return
-    windows = list(bpy.context.window_manager.windows)
-    asking = [window for window in windows if window.scene.session_uid == _asking_scene]
-    window = next(iter(asking or windows), None)  # which a job needs
-    with watching.in_window(window) if window else contextlib.nullcontext():
-        # Clicks on something else may have come in between.
-        if not bpy.ops.accelscope.show_frame.poll():
-            return
-        try:
-            bpy.ops.accelscope.show_frame("INVOKE_DEFAULT")
-        except RuntimeError as error:
-            # What the operator has reported is said in the panel already.
-            print_lines(f"AccelScope: {' '.join(str(error).split())}", sys.stderr)
-
-
 @persistent
 def _before_load(*_: Any) -> None:
     jobs.abandon()
@@ -466,7 +387,5 @@ def register() -> None:
 
 def unregister() -> None:
     """Stop listening and drop all results."""
-    if bpy.app.timers.is_registered(_make_frame):
-        bpy.app.timers.unregister(_make_frame)
     handlers.stop_listening(HANDLERS)
     current.clear()

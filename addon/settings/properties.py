@@ -18,18 +18,15 @@ import bpy
 import numpy as np
 from bpy.props import (
     BoolProperty,
-    EnumProperty,
     FloatProperty,
     FloatVectorProperty,
     PointerProperty,
-    StringProperty,
 )
 
 from ...core.scene.placing import PlacingSettings
 from ..drawing import overlay
 from ..from_blender import extraction
 from ..results import lesson_view, session
-from ..results.split_plane import SplitPlaneSettings
 from . import solids
 from .generated import condition_of, enum_of, group_type, properties_of, property_of
 from .ranges import range_properties
@@ -63,43 +60,6 @@ def _redraw_ray(root: Any, context: bpy.types.Context) -> None:
     session.current.draw_paths(event_shown(root))
 
 
-def _show_exhibit(group: Any, context: bpy.types.Context) -> None:
-    session.current.show_exhibit(context)
-
-
-def _show_plane(group: Any, context: bpy.types.Context) -> None:
-    session.current.show_plane(context)
-
-
-NO_EXHIBIT = ("", "None", "What was built has no exhibits")
-
-_exhibit_items: list[tuple[str, str, str]] = []
-"""Blender does not keep the texts of a list that a function returns."""
-
-
-def _list_exhibits(group: Any, context: bpy.types.Context | None) -> list[tuple[str, str, str]]:
-    exhibits = session.current.showcase.exhibits
-    _exhibit_items[:] = [(e.name, e.label, e.description) for e in exhibits] or [NO_EXHIBIT]
-    return _exhibit_items
-
-
-def _get_exhibit(group: Any) -> int:
-    """Return the number of the exhibit in the list; only its name outlives the structure."""
-    showcase = session.current.showcase
-    exhibit = showcase.chosen(group)
-    return 0 if exhibit is None else showcase.exhibits.index(exhibit)
-
-
-def _set_exhibit(group: Any, number: int) -> None:
-    exhibits = session.current.showcase.exhibits
-    if exhibits:
-        # Not a frame of the exhibit before.
-        group.show = False
-        group.frame = 0
-        group.chosen = exhibits[number].name
-        group.show = True
-
-
 def event_shown(root: Any) -> int | None:
     """Return the event up to which the recorded ray is shown; None shows the whole walk."""
     return root.event if root.step_events and _last_event(root) is not None else None
@@ -113,11 +73,6 @@ def _last_event(root: Any) -> int | None:
 def _last_ray(root: Any) -> int | None:
     traced = session.current.traced
     return None if traced is None else len(traced.rays) - 1
-
-
-def _last_frame(group: Any) -> int | None:
-    exhibit = session.current.showcase.chosen(group)
-    return None if exhibit is None else exhibit.count - 1
 
 
 def _deepest(group: Any) -> int | None:
@@ -183,41 +138,6 @@ def _display_properties() -> dict[str, Any]:
             default="depth", update=_redraw,
         ),
     }  # fmt: skip
-
-
-def _exhibit_properties() -> dict[str, Any]:
-    """Return what decides which exhibit is drawn."""
-    return {
-        "show": BoolProperty(
-            name="Show Exhibit", description="Draw a frame of the exhibit over the scene",
-            default=False, update=_show_exhibit,
-        ),
-        "chosen": StringProperty(
-            name="Name", description="Name of the exhibit; otherwise it is the first",
-            update=_show_exhibit,
-        ),
-        "exhibit": EnumProperty(
-            name="Exhibit", description="What is shown of the structure and of its building",
-            items=_list_exhibits, get=_get_exhibit, set=_set_exhibit,
-        ),
-        **range_properties(
-            "frame", _last_frame, label="Frame",
-            description="Frame of the exhibit; the first is 0", update=_show_exhibit,
-        ),
-        "alone": BoolProperty(
-            name="Hide Cells", description="Leave out the cells while an exhibit is shown",
-            default=True, update=_show_exhibit,
-        ),
-    }  # fmt: skip
-
-
-def _split_plane_properties() -> dict[str, Any]:
-    """Return where the plane is that divides the scene."""
-    show = BoolProperty(
-        name="Show Plane", description="Draw a plane that divides the scene, and what it costs",
-        default=False, update=_show_plane,
-    )  # fmt: skip
-    return {"show": show, **properties_of(SplitPlaneSettings, update=_show_plane)}
 
 
 def _follow_knobs(group: Any, context: bpy.types.Context) -> None:
@@ -385,8 +305,6 @@ def load() -> None:
         ),
         "workloads": PointerProperty(type=make_all("workload", workloads())),
         "display": PointerProperty(type=make("display", _display_properties())),
-        "exhibits": PointerProperty(type=make("exhibits", _exhibit_properties())),
-        "split_plane": PointerProperty(type=make("split_plane", _split_plane_properties())),
         **range_properties(
             "ray_index", _last_ray, label="Ray",
             description="Number of the ray to step through; the first is 0",

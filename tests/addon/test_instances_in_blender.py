@@ -301,13 +301,16 @@ def test_boxes_of_instances_and_trees_of_meshes_are_shown_and_baked(
     assert bpy.ops.accelscope.bake() == {"FINISHED"}
 
 
-def test_exhibits_and_the_plane_are_drawn_over_instances(bpy: Any) -> None:
-    from accelscope.addon.results import session
+@pytest.mark.parametrize("name", ["levels", "split_plane", "ray"])
+def test_lessons_are_about_instances(bpy: Any, name: str) -> None:
+    from accelscope.addon.results import lesson_view
 
     linked(bpy, monkey(bpy), location=(3, 0, 0))
-    assert bpy.ops.accelscope.build() == {"FINISHED"}
-    for exhibit in session.current.showcase.exhibits:
-        for number in range(exhibit.count):
-            assert np.isfinite(exhibit.frame(number).segments).all()
-    bpy.context.scene.accelscope.split_plane.show = True
-    assert dict(session.current.split_view.rows)["N_L"] == "1"
+    bpy.context.scene.accelscope.teaching.lesson = name
+    bpy.ops.object.select_all(action="DESELECT")
+    assert bpy.ops.accelscope.use_my_mesh() == {"FINISHED"}
+    view = lesson_view.current
+    assert view.lesson.name == name
+    assert len(view.subject.scene) == 2
+    assert np.isfinite(view.picture.points()).all()
+    view.clear()

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from accelscope import operators
-from accelscope.core.lessons import exhibits_of
+from accelscope.core.lessons import lessons
 from accelscope.core.structures import structures
 from accelscope.core.structures.bvh import BVH
 
@@ -55,15 +55,12 @@ class Bench:
     def is_whole(self) -> bool:
         """Say whether all that the session keeps belongs to one structure."""
         current, structure = self.current, self.current.built.structure
-        # An animation is beside the structure, and has an exhibit of its own.
-        beside = {"refit_over_timeline"} if current.timeline else set()
         return (
             structure.scene is current.snapshot.scene
             and len(current.cells) == len(structure.cells())
             and current.record["structure"]["name"] == structure.name
             and current.record["scene"]["triangles"] == len(structure.scene)
-            and {e.name for e in current.showcase.exhibits}
-            == {e.name for e in exhibits_of(structure)} | beside
+            and bool(current.history) == bool(current.timeline)
         )
 
     def do(self, verb: str, **arguments: Any) -> None:
@@ -85,27 +82,25 @@ class Bench:
         tally = self.current.steps.tally()
         assert tally == {name: int(self.current.traced.counters[name][0]) for name in tally}
 
-    def show_frame(self) -> None:
-        group, showcase = self.root.exhibits, self.current.showcase
-        for exhibit in showcase.exhibits:
-            group.chosen = exhibit.name
-            for number in {0, exhibit.count - 1}:
-                group.frame = number
-                group.show = True
-                assert showcase.shown == (exhibit.name, number)
-                assert showcase.frame_shown.caption
-        if not showcase.exhibits:
-            assert not self.bpy.ops.accelscope.show_frame.poll()
+    def teach(self) -> None:
+        """Teach a lesson about this structure, if it still has its log and one suits it."""
+        from accelscope.addon.results import lesson_view
 
-    def step_frame(self) -> None:
-        if self.current.showcase.exhibits:
-            self.root.exhibits.frame = 0
-            self.do("step_frame", by=1)
-
-    def show_links(self) -> None:
-        assert self.bpy.ops.accelscope.show_links.poll() == self.current.has_links()
-        if self.current.has_links():
-            self.do("show_links")
+        structure, view = self.current.built.structure, lesson_view.current
+        fitting = [
+            name for name, lesson in lessons().items() if not lesson.suits(structure)
+            and lesson.structures and lesson.name in QUICK
+        ]  # fmt: skip
+        for name in fitting:
+            self.root.teaching.lesson = name
+            self.do("teach", subject="MESH")
+            assert view.lesson.name == name
+            is_given = structure.build_log is not None and self.status() == "Up to date"
+            assert (view.subject.structures[0] is structure) == is_given
+            assert view.picture.caption
+            assert view.fault == ""
+            self.do("end_lesson")
+        assert self.current.built.structure is structure
 
     def bake(self) -> None:
         self.do("bake")
@@ -155,20 +150,28 @@ class Bench:
         else:
             self.do("compare_over_timeline")
             assert len(self.current.timeline) == 6
-            names = [exhibit.name for exhibit in self.current.showcase.exhibits]
-            assert "refit_over_timeline" in names
+            assert len(self.current.history) == 3
         assert self.bpy.context.scene.frame_current == before
         assert self.status() == "Up to date"
 
 
-WITHOUT_RESULTS = {"add_sample_scene", "cancel", "clear", "view_exhibit"}
-"""Operators that make, wait for and show nothing of a structure's own."""
+QUICK = "levels", "ray"
+"""Lessons about any hierarchy, and about any structure: the others are tried in tests/core."""
+
+OF_LESSONS = {
+    "end_lesson", "explain_figure", "film_on_timeline", "open_lesson_image", "pick_ray",
+    "play_film", "play_lesson", "read_source", "step_film", "step_lesson", "step_this_ray",
+    "use_my_mesh", "view_lesson",
+}  # fmt: skip
+"""Operators that go on with a lesson: see test_lessons.py and test_rays_of_lessons.py."""
+
+WITHOUT_RESULTS = {"add_sample_scene", "cancel", "clear", "stop_compiling"} | OF_LESSONS
+"""Operators that make nothing of a structure's own."""
 
 VERBS: list[Callable[[Bench], None]] = [
-    Bench.build, Bench.trace, Bench.step_ray, Bench.show_frame, Bench.step_frame,
-    Bench.show_links, Bench.bake, Bench.export, Bench.refit, Bench.show_frame, Bench.trace,
-    Bench.step_ray, Bench.bake, Bench.export, Bench.compare_over_timeline, Bench.show_frame,
-    Bench.export, Bench.build,
+    Bench.build, Bench.trace, Bench.step_ray, Bench.teach, Bench.bake, Bench.export, Bench.refit,
+    Bench.teach, Bench.trace, Bench.step_ray, Bench.bake, Bench.export,
+    Bench.compare_over_timeline, Bench.teach, Bench.export, Bench.build,
 ]  # fmt: skip
 """In an order in which one meets what the one before has left."""
 

@@ -274,7 +274,7 @@ def test_the_recorded_ray_event_by_event(bpy: Any, traced: Any, root: Any, curre
     from accelscope.addon.drawing import overlay
 
     def drawn() -> np.ndarray:
-        return overlay._overlay.layers[overlay.RAY].segments
+        return overlay._overlay.ray.segments
 
     root.ray_index = int(np.flatnonzero(current.traced.hits.primitive >= 0)[0])
     bpy.ops.accelscope.step_ray()
@@ -295,52 +295,3 @@ def test_the_recorded_ray_event_by_event(bpy: Any, traced: Any, root: Any, curre
     bpy.ops.accelscope.clear()
     root.step_events = True
     root.event = 3
-
-
-# --------------------------------------------------------------------------------------- links
-
-
-def test_links_only_where_there_are_some(bpy: Any, monkey: Any, root: Any) -> None:
-    root.structure = "bvh"
-    assert not bpy.ops.accelscope.show_links.poll()
-    bpy.ops.accelscope.build()
-    assert not bpy.ops.accelscope.show_links.poll()
-
-
-def test_links_of_the_leaf_at_the_cursor(
-    bpy: Any, monkey: Any, root: Any, current: Any, monkeypatch: Any
-) -> None:
-    """An octree whose leaves are linked to the root."""
-    from accelscope.addon.drawing import overlay
-    from accelscope.core.structures import structure_named
-
-    def links(structure: Any, number: int) -> np.ndarray:
-        return np.array([0])
-
-    monkeypatch.setattr(structure_named("octree"), "links", links)
-    root.structure = "octree"
-    root.structures.octree.max_depth = 3
-    bpy.ops.accelscope.build()
-    assert overlay.RAY not in overlay._overlay.layers
-    cells = current.cells
-    place = int(np.flatnonzero(cells.is_leaf)[5])
-    cursor = 0.5 * (cells.boxes[place, :3] + cells.boxes[place, 3:])
-    bpy.context.scene.cursor.location = cursor
-    assert bpy.ops.accelscope.show_links() == {"FINISHED"}
-    number = int(cells.numbers[place])
-    assert current.linked_leaf == number
-    assert len(overlay._overlay.layers[overlay.RAY].segments) == 12 + 12 + 5
-
-    # A ray is drawn beside them.
-    bpy.ops.accelscope.trace()
-    bpy.ops.accelscope.show_links(leaf=number)
-    links_alone = len(overlay._overlay.layers[overlay.RAY].segments)
-    bpy.ops.accelscope.step_ray()
-    assert len(overlay._overlay.layers[overlay.RAY].segments) > links_alone
-
-    inner = int(cells.numbers[~cells.is_leaf][0])
-    with pytest.raises(RuntimeError, match=f"no leaf with the number {inner}"):
-        bpy.ops.accelscope.show_links(leaf=inner)
-    bpy.context.scene.cursor.location = (1e6, 0, 0)
-    assert bpy.ops.accelscope.show_links() == {"FINISHED"}
-    assert current.linked_leaf == -1

@@ -392,7 +392,7 @@ def test_filters_take_away_what_they_say_and_upload_nothing(canvas):
 def test_uploads_are_lazy_and_only_for_new_geometry(canvas):
     before = overlay.uploads()
     set_cells(random_cells(50))
-    overlay.set_lines(overlay.RAY, [[(0, 0, 0), (1, 1, 1)]], [(1, 1, 1, 1)])
+    overlay.set_ray([[(0, 0, 0), (1, 1, 1)]], [(1, 1, 1, 1)])
     assert overlay.uploads() == before
     for view in (OBLIQUE, FROM_FRONT):  # two viewports
         canvas.draw(display(), view)
@@ -401,7 +401,7 @@ def test_uploads_are_lazy_and_only_for_new_geometry(canvas):
     canvas.draw(display())
     assert overlay.uploads() == before + 3
     overlay.set_cells(None)
-    overlay.set_lines(overlay.RAY, None)
+    overlay.set_ray(None)
     assert canvas.draw(display()).max() == 0.0
     assert overlay.uploads() == before + 3
 
@@ -491,7 +491,7 @@ def test_the_scene_hides_what_lies_behind_it(canvas, projection):
 
 
 def test_paths_shine_through_faintly(canvas):
-    overlay.set_lines(overlay.RAY, [[(-1, 0, 0), (1, 0, 0)]], [(1.0, 0.5, 0.25, 0.8)])
+    overlay.set_ray([[(-1, 0, 0), (1, 0, 0)]], [(1.0, 0.5, 0.25, 0.8)])
     picture = canvas.draw(display(), FROM_FRONT, before=lambda: wall(-1.0))
     row = picture[HEIGHT // 2]
     np.testing.assert_allclose(
@@ -502,7 +502,7 @@ def test_paths_shine_through_faintly(canvas):
 
 def test_the_state_of_the_graphics_card_is_given_back(canvas):
     set_cells(random_cells(20))
-    overlay.set_lines(overlay.RAY, [[(0, 0, 0), (1, 1, 1)]], [(1, 1, 1, 1)])
+    overlay.set_ray([[(0, 0, 0), (1, 1, 1)]], [(1, 1, 1, 1)])
     states = []
 
     def read():
@@ -554,7 +554,7 @@ def test_extreme_sizes_are_drawn(canvas, size):
 
 def test_no_cells_draw_nothing(canvas):
     set_cells(make_cells(np.zeros((0, 6))))
-    overlay.set_lines(overlay.RAY, np.zeros((0, 2, 3)), np.zeros((0, 4)))
+    overlay.set_ray(np.zeros((0, 2, 3)), np.zeros((0, 4)))
     assert canvas.draw(display()).max() == 0.0
 
 

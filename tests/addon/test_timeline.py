@@ -66,14 +66,14 @@ def test_comparison_over_the_timeline(twist, root, current, tmp_path):
     assert twist.context.scene.frame_current == 4
     assert current.status(twist.context).up_to_date
     assert [record["frame"] for record in current.timeline] == [3, 3, 4, 4, 5, 5, 6, 6]
-    exhibits = {each.name: each for each in current.showcase.exhibits}
-    assert exhibits["refit_over_timeline"].count == 4
+    assert [moment.frame for moment in current.history] == [3, 4, 5, 6]
     path = tmp_path / "figures.json"
     twist.ops.accelscope.export(filepath=str(path), format="JSON")
     records = json.loads(path.read_text())["records"]
     assert [record.get("frame") for record in records] == [None, 3, 3, 4, 4, 5, 5, 6, 6]
     twist.ops.accelscope.build()
     assert current.timeline == []
+    assert len(current.history) == 0
 
 
 def test_comparison_needs_a_hierarchy(twist, root):

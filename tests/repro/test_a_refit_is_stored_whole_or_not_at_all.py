@@ -1,4 +1,4 @@
-"""Refit after any builder: tree, cells, figures and exhibits are those of one structure."""
+"""Refit after any builder: tree, cells and figures are those of one structure."""
 
 from __future__ import annotations
 
@@ -26,10 +26,6 @@ def test_refit(bpy: Any, cube: Any, root: Any, current: Any, builder: str, optim
     boxes = structure.cells().boxes
     assert current.cells.boxes.tobytes() == boxes.tobytes()
     assert boxes[0, 5] == pytest.approx(2.0, abs=1e-5)
-    from accelscope.core.lessons import exhibits_of
-
-    names = [exhibit.name for exhibit in exhibits_of(structure)]
-    assert [exhibit.name for exhibit in current.showcase.exhibits] == names
 
 
 @pytest.mark.parametrize(
@@ -37,7 +33,6 @@ def test_refit(bpy: Any, cube: Any, root: Any, current: Any, builder: str, optim
     [
         "accelscope.core.structures.bvh.hierarchy.BVH.cells",
         "accelscope.core.structures.bvh.hierarchy.BVH.statistics",
-        "accelscope.core.lessons.exhibits_of",
         "accelscope.addon.drawing.overlay.set_cells",
     ],
 )

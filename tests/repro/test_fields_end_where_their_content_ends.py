@@ -1,4 +1,4 @@
-"""Event, frame, depth, step and ray never stand beyond what there is; sliders span all of it."""
+"""Event, level, depth, step and ray never stand beyond what there is; sliders span all of it."""
 
 from __future__ import annotations
 
@@ -23,15 +23,13 @@ def traced(bpy, root):
 def ranges(root, current):
     """Return group, name and last value of every such field."""
     extent = current.drawable.extent
-    found = [
+    return [
         (root, "event", len(current.steps) - 1),
         (root, "ray_index", 49),
         (root.display, "depth_min", extent.deepest),
         (root.display, "depth_max", extent.deepest),
         (root.display, "step", extent.last_step),
     ]
-    exhibit = current.showcase.chosen(root.exhibits)
-    return found + ([(root.exhibits, "frame", exhibit.count - 1)] if exhibit else [])
 
 
 def test_no_field_goes_beyond_its_end(traced, current):
@@ -58,15 +56,19 @@ def test_sliders_go_through_everything(traced, current):
             assert seen == set(range(last + 1)), name
 
 
-def test_frames_of_exhibits(bpy, root, current):
+def test_knobs_of_lessons(bpy, root):
+    from accelscope.addon.results import lesson_view
+
     bpy.ops.mesh.primitive_monkey_add()
-    bpy.ops.accelscope.build()
-    root.exhibits.show = True
-    for exhibit in current.showcase.exhibits[:4]:
-        root.exhibits.exhibit = exhibit.name
-        root.exhibits.frame = 500
-        assert root.exhibits.frame == exhibit.count - 1
-        assert current.showcase.shown == (exhibit.name, exhibit.count - 1)
+    root.teaching.lesson = "levels"
+    bpy.ops.accelscope.use_my_mesh()
+    knobs, last = root.lessons.levels, lesson_view.current.play.ends["level"]
+    knobs.level = 500
+    assert knobs.level == last
+    assert lesson_view.current.settings.level == last
+    knobs.level_share = 0.0
+    assert lesson_view.current.settings.level == 0
+    lesson_view.current.clear()
 
 
 def test_less_content_pulls_values_in_and_more_lets_them_out(bpy, traced, root, current):

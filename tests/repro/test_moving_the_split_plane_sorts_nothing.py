@@ -60,18 +60,18 @@ def test_sorting_can_be_cancelled():
 
 
 @pytest.mark.bpy
-def test_the_panel_waits_for_the_job(bpy, root, current, monkeypatch):
-    from accelscope.addon.drawing import overlay
+def test_in_blender_a_move_plays_nothing(bpy, monkeypatch):
+    from accelscope.addon.results import lesson_view
 
     bpy.ops.mesh.primitive_monkey_add()
-    bpy.ops.accelscope.build()
-    view, group = current.split_view, root.split_plane
-    assert view.axes == {}
-    group.show = True  # without a window the job is done at once
-    assert list(view.axes) == ["x"]
-    made = []
-    monkeypatch.setattr(view, "make", lambda axis, progress: made.append(axis))
+    bpy.context.scene.accelscope.teaching.lesson = "split_plane"
+    bpy.ops.accelscope.use_my_mesh()
+    view, group = lesson_view.current, bpy.context.scene.accelscope.lessons.split_plane
+    asked, seen = [], set()
+    monkeypatch.setattr(lesson_view, "ask", lambda *arguments, **named: asked.append(arguments))
     for share in (0.1, 0.5, 0.9):
         group.position = share
-        assert "plane" in overlay._overlay.layers
-    assert made == []
+        seen.add(view.picture.caption)
+    assert asked == []
+    assert len(seen) == 3
+    view.clear()

@@ -166,9 +166,7 @@ def test_only_what_can_follow_is_refitted(bpy: Any, root: Any, draw: Any) -> Non
         assert ("accelscope.refit" in operators) == issubclass(entry, Refittable) == (name == "bvh")
 
 
-def test_events_exhibits_and_planes(bpy: Any, root: Any, draw: Any) -> None:
-    assert "exhibit" not in draw("exhibits").active_of()
-    assert draw("split_plane").active_of() == {}
+def test_events(bpy: Any, root: Any, draw: Any) -> None:
     built(bpy, root, "bvh")
     root.workload = "random_lines"
     root.workloads.random_lines.count = 20
@@ -178,7 +176,3 @@ def test_events_exhibits_and_planes(bpy: Any, root: Any, draw: Any) -> None:
     for is_on in (False, True):
         root.step_events = is_on
         assert draw("rays").active_of()["event"] == is_on
-        root.exhibits.show = is_on
-        assert draw("exhibits").active_of()["frame"] == is_on
-        root.split_plane.show = is_on
-        assert draw("split_plane").active_of()["position"] == is_on

@@ -66,7 +66,7 @@ def finished() -> bool:
 
 
 def use() -> Steps:
-    """Build, draw, trace, step through a ray, show an exhibit; undo."""
+    """Build, draw, trace, step through a ray; undo."""
     for operator in ("build", "trace"):
         with bpy.context.temp_override(**session.context()):
             getattr(bpy.ops.accelscope, operator)("INVOKE_DEFAULT")

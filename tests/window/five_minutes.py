@@ -13,6 +13,7 @@ import shutil
 import sys
 from collections.abc import Generator
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -20,13 +21,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 from guide import (
     CHECK_BOX,
-    HEADER,
     REFIT,
     build,
     changed,
     coloured,
     install,
-    open_panel,
     open_wide_tab,
     over_viewport,
     part,
@@ -43,6 +42,10 @@ from session import Steps, Wait
 
 SLIDER = 0.78
 """Where the slider behind a number is, as a share of the sidebar's width."""
+ALONE = 0.7
+"""Where a field is that has its line for itself."""
+NEXT, END = 0.86, 0.25
+"""Where the arrow to the next lesson is, and the button that ends one."""
 EXPORT = {"JSON": 0.3, "CSV": 0.75}
 """Where the two buttons for export are, side by side, as a share of that width."""
 
@@ -61,12 +64,27 @@ def add_sample(name: str) -> None:
     bpy.ops.accelscope.add_sample_scene("EXEC_DEFAULT", True, sample=name)
 
 
+def lesson() -> Any:
+    """Return what is shown of a lesson."""
+    return part("addon.results.lesson_view").current
+
+
+def taught(name: str) -> bool:
+    """Say whether a lesson is shown, and nothing is on its way."""
+    return running() is None and lesson().lesson is not None and lesson().lesson.name == name
+
+
+def figures() -> dict[str, str]:
+    """Return the figures of the lesson."""
+    return {row.label: row.text for row in lesson().picture.rows}
+
+
 def figures_of_plane(share: str) -> Generator[Wait, None, dict[str, str]]:
     """Type where the split plane is, and return what the panel says of it."""
-    before = results().split_view.rows
-    yield from session.enter("split_plane.position", share)
-    yield lambda: running() is None and results().split_view.rows != before
-    return dict(results().split_view.rows)
+    before = figures()
+    yield from session.enter("split_plane.position", share, across=ALONE)
+    yield lambda: figures() != before
+    return figures()
 
 
 def export(kind: str) -> Generator[Wait, None, Path]:
@@ -111,6 +129,31 @@ def open_tab() -> Steps:
     session.key("n")
     yield lambda: view.show_region_ui
     yield from open_wide_tab()
+
+
+@session.step
+def lessons() -> Steps:
+    """*Lessons* lists what the lecture shows, in its order. **Teach** puts a lesson into the
+    viewport, in a scene of its own; *Play* goes through it, the arrows beside the list go to the
+    next one. *End Lesson* goes back to your scene.
+    """
+    names = list(part("core.lessons").lessons())
+    assert settings().teaching.lesson == names[0]
+    settings().teaching.lesson = names[6]
+    yield from session.press("accelscope.teach(")
+    yield lambda: taught(names[6])
+    assert bpy.context.window.scene.name == "AccelScope Lesson"
+    first = lesson().picture.caption
+    yield from session.press("accelscope.play_film(")
+    yield lambda: lesson().picture.caption != first
+    yield from seen("lesson")
+    yield from session.press("accelscope.step_lesson(", across=NEXT)
+    yield lambda: taught(names[7])
+    yield from seen("next-lesson")
+    yield from session.press("accelscope.end_lesson(", across=END)
+    yield lambda: bpy.context.window.scene.name == "Scene"
+    assert [scene.name for scene in bpy.data.scenes] == ["Scene"]
+    assert not bpy.data.objects["Cube"].hide_get()
 
 
 @session.step
@@ -242,46 +285,29 @@ def events() -> Steps:
 
 
 @session.step
-def exhibits() -> Steps:
-    """*Exhibits* shows what the structure has to tell, frame by frame: levels, the Morton curve,
-    clusters of PLOC, work queues, curves of cost, reinsertions, spatial splits.
-    """
-    yield from open_panel("exhibits.show")
-    yield from session.press("exhibits.show", across=HEADER)
-    group, showcase = settings().exhibits, results().showcase
-    group.frame = 10_000
-    assert group.frame == showcase.chosen(group).count - 1
-    group.frame = 5
-    yield lambda: running() is None and showcase.shown == showcase.wanted(group)
-    assert showcase.frame_shown.caption
-    yield from seen("exhibit")
-    yield from session.press("exhibits.show", across=HEADER)
-    yield from open_panel("exhibits.show")
-
-
-@session.step
-def split_plane() -> Steps:
-    """*Split Plane* is the lecture's slide with a slider: N_L, N_R, p_L, p_R and Cost of any plane;
-    its example is the sample *SAH Worked Example*.
+def use_my_mesh() -> Steps:
+    """*Use My Mesh* teaches a lesson about what you have built. *A Split Plane under a Slider* is
+    the lecture's slide: N_L, N_R, p_L, p_R and Cost of any plane; its example is the sample
+    *SAH Worked Example*.
     """
     add_sample("sah_example")
     yield from build()
-    yield from open_panel("split_plane.show")
-    yield from session.press("split_plane.show", across=HEADER)
-    yield lambda: running() is None and results().split_view.rows
+    settings().teaching.lesson = "split_plane"
+    yield from session.press("accelscope.use_my_mesh(")
+    yield lambda: taught("split_plane")
+    assert bpy.context.window.scene.name == "Scene"
     for share, printed in PLANES.items():
-        figures = yield from figures_of_plane(share)
-        assert {name: figures[name] for name in printed} == printed, (share, figures)
-        assert float(figures["Cost(V -> {L, R})"]) == COSTS[share], (share, figures)
-        assert figures["Cost(V)"] == "76.0"
+        found = yield from figures_of_plane(share)
+        assert {name: found[name] for name in printed} == printed, (share, found)
+        assert float(found["Cost(V -> {L, R})"]) == COSTS[share], (share, found)
+        assert found["Cost(V)"] == "76.0"
     yield from seen("split-plane")
-    x, y = yield from session.find("split_plane.position")
+    x, y = yield from session.find("split_plane.position", across=ALONE)
     yield from session.drag((x, y), (x - 40, y))
-    yield lambda: 0.0 < settings().split_plane.position < 71 / 81
-    figures = dict(results().split_view.rows)
-    assert int(figures["N_L"]) + int(figures["N_R"]) == 76
-    yield from session.press("split_plane.show", across=HEADER)
-    yield from open_panel("split_plane.show")
+    yield lambda: 0.0 < settings().lessons.split_plane.position < 71 / 81
+    assert int(figures()["N_L"]) + int(figures()["N_R"]) == 76
+    yield from session.press("accelscope.end_lesson(", across=ALONE)
+    yield lambda: lesson().lesson is None
 
 
 @session.step
@@ -320,7 +346,7 @@ def compare_over_timeline() -> Steps:
     refitted, rebuilt = costs[::2], costs[1::2]
     assert refitted[0] == rebuilt[0]
     assert refitted[-1] > rebuilt[-1]
-    assert "refit_over_timeline" in [each.name for each in results().showcase.exhibits]
+    assert [moment.frame for moment in results().history] == [1, 2, 3, 4]
     yield lambda: status() == "Up to date"
     head.animation_data_clear()
     head.scale = 1.0, 1.0, 1.0
@@ -339,7 +365,7 @@ def kd_tree() -> Steps:
 @session.step
 def planes_and_replay() -> Steps:
     """Now *Planes* shows what cuts the cells, *Tint Empty* the empty leaves, *Replay* the building
-    step by step; *Show Links* draws the ropes of the leaf at the 3D cursor.
+    step by step.
     """
     display = settings().display
     display.depth_max = 4
@@ -357,9 +383,6 @@ def planes_and_replay() -> Steps:
     yield from session.drag((x, y), (x - 0.1 * sidebar.width, y))
     yield from seen("replay")
     display.replay = False
-    yield from session.press("accelscope.show_links(")
-    yield lambda: results().linked_leaf >= 0
-    yield from seen("links")
 
 
 @session.step

@@ -30,7 +30,7 @@ from guide import (
 )
 from session import Steps
 
-LEFT_OUT = "display", "exhibits", "split_plane", "rays", "statistics", "output"
+LEFT_OUT = "lessons", "display", "rays", "statistics", "output"
 """Modules of panels for which the window has no room."""
 
 OBJECTS = {"sphere": "uv_sphere", "cylinder": "cylinder", "cone": "cone", "itself": "monkey"}

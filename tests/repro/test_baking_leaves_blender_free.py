@@ -1,4 +1,4 @@
-"""Baking and looking for links are jobs: they show how far they are, and Esc stops them."""
+"""Baking is a job: it shows how far it is, and Esc stops it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import time
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 TIMER = SimpleNamespace(type="TIMER", value="NOTHING")
@@ -34,13 +33,6 @@ def bake(jobs: Any) -> Any:
     return pretended(jobs, ACCELSCOPE_OT_bake)
 
 
-@pytest.fixture
-def show_links(jobs: Any) -> Any:
-    from accelscope.operators.show_links import ACCELSCOPE_OT_show_links
-
-    return pretended(jobs, ACCELSCOPE_OT_show_links, leaf=-1)
-
-
 def run(operator: Any, context: Any, until: Any = lambda: False) -> tuple[set[str], float]:
     """Run an operator; return how it ended, and the longest that it held Blender's thread up.
 
@@ -62,22 +54,14 @@ def run(operator: Any, context: Any, until: Any = lambda: False) -> tuple[set[st
 
 @pytest.fixture
 def cells(bpy: Any, root: Any, current: Any) -> Any:
-    """A kd-tree, whose leaves have links."""
+    """Those of a kd-tree."""
     bpy.ops.mesh.primitive_monkey_add()
     root.structure = "kdtree"
     assert bpy.ops.accelscope.build() == {"FINISHED"}
     return current.cells
 
 
-def at_a_leaf(bpy: Any, cells: Any) -> int:
-    place = int(np.flatnonzero(cells.is_leaf)[5])
-    bpy.context.scene.cursor.location = 0.5 * (cells.boxes[place, :3] + cells.boxes[place, 3:])
-    return int(cells.numbers[place])
-
-
-def test_both_give_what_they_give_to_a_script(
-    bpy: Any, cells: Any, bake: Any, show_links: Any, context: Any, current: Any
-) -> None:
+def test_it_gives_what_it_gives_to_a_script(bpy: Any, cells: Any, bake: Any, context: Any) -> None:
     bpy.ops.accelscope.bake()
     first = bpy.data.objects["kd-Tree Cells"]
     assert run(bake, context)[0] == {"FINISHED"}, bake.reports
@@ -87,21 +71,11 @@ def test_both_give_what_they_give_to_a_script(
         assert len(one) == len(two) > 0
     assert bake.reports == [({"INFO"}, f"kd-Tree Cells.001: {len(second.data.edges)} edges")]
 
-    number = at_a_leaf(bpy, cells)
-    bpy.ops.accelscope.show_links()
-    by_script = current.links
-    current.set_links(-1, None)
-    assert run(show_links, context)[0] == {"FINISHED"}
-    assert current.linked_leaf == number
-    for one, two in zip(by_script, current.links, strict=True):
-        np.testing.assert_array_equal(one, two)
-
 
 def test_nothing_of_it_is_computed_in_blenders_thread(
-    bpy: Any, cells: Any, bake: Any, show_links: Any, context: Any, monkeypatch: pytest.MonkeyPatch
+    bpy: Any, cells: Any, bake: Any, context: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from accelscope.addon.to_blender import bake as baking
-    from accelscope.core.lessons import ray_path
 
     threads = []
 
@@ -112,11 +86,9 @@ def test_nothing_of_it_is_computed_in_blenders_thread(
 
         return call
 
-    for module, name in ((baking, "edges_of"), (ray_path, "leaf_at"), (ray_path, "links_of")):
-        monkeypatch.setattr(module, name, noting(getattr(module, name)))
-    at_a_leaf(bpy, cells)
-    assert run(bake, context)[0] == run(show_links, context)[0] == {"FINISHED"}
-    assert len(threads) == 3
+    monkeypatch.setattr(baking, "edges_of", noting(baking.edges_of))
+    assert run(bake, context)[0] == {"FINISHED"}
+    assert len(threads) == 1
     assert threading.main_thread() not in threads
 
 
@@ -154,22 +126,8 @@ def test_what_was_begun_is_taken_away_by_somebody_else(
     assert jobs.refusal().startswith("Not baked: the file was changed")
 
 
-def test_no_leaf_is_said_in_one_line(
-    bpy: Any, cells: Any, show_links: Any, context: Any, current: Any
-) -> None:
-    bpy.context.scene.cursor.location = (1e6, 0, 0)
-    assert run(show_links, context)[0] == {"FINISHED"}
-    assert show_links.reports == [({"INFO"}, "There is no leaf at the 3D cursor")]
-    show_links.leaf = int(cells.numbers[~cells.is_leaf][0])
-    show_links.reports.clear()
-    assert run(show_links, context)[0] == {"CANCELLED"}
-    assert "there is no leaf with the number" in show_links.reports[0][1]
-
-
 @pytest.mark.exhaustive
-def test_a_million_cells(
-    bpy: Any, root: Any, bake: Any, show_links: Any, context: Any, current: Any
-) -> None:
+def test_a_million_cells(bpy: Any, root: Any, bake: Any, context: Any, current: Any) -> None:
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=500, y_subdivisions=500)
     root.structure = "octree"
     octree = root.structures.octree
@@ -177,10 +135,7 @@ def test_a_million_cells(
     assert bpy.ops.accelscope.build() == {"FINISHED"}
     root.display.hide_empty = False
     assert len(current.cells) > 1_000_000
-    at_a_leaf(bpy, current.cells)
-    for operator in (bake, show_links):
-        outcome, longest = run(operator, context)
-        assert outcome == {"FINISHED"}, operator.reports
-        print(f"{operator.job_text}: {longest:.3f} s at most")
+    outcome, longest = run(bake, context)
+    assert outcome == {"FINISHED"}, bake.reports
+    print(f"{bake.job_text}: {longest:.3f} s at most")
     assert len(bpy.data.objects["Octree Cells"].data.edges) == 12 * len(current.cells)
-    assert len(current.links[0]) > 0
