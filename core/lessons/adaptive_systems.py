@@ -24,12 +24,13 @@ from .lesson import Lesson, Play, Subject, only_its_own
 from .picture import Mark, Picture, Row
 from .section import (
     FAINT,
+    Across,
     Plane,
-    contour,
+    Section,
+    left_out_text,
     model_with,
     outline_beside,
     place_beside,
-    section_of,
     title_place,
 )
 
@@ -66,53 +67,54 @@ class AdaptiveSystems(Play):
     def __init__(self, structures: Sequence[Structure], progress: Progress) -> None:
         self.structures, self.scene = structures, structures[0].scene
         lines = lines_through(self.scene)
-        self.cells, self.costs, self.sah, self.binary = [], [], [], []
+        self.cells, self.costs, self.binary = [], [], []
         for number, structure in enumerate(structures):
             progress.report(number, len(structures), f"Looking at {structure.name}")
             cells = structure.cells(progress).own()
             self.cells.append(cells)
+            progress.report(number + 0.5, len(structures), f"Looking at {structure.name}")
             self.costs.append(Costs.of(structure, lines, progress))
-            self.sah.append(structure.statistics(progress).sah)
             _, children = np.unique(cells.parents[1:], return_counts=True)
             self.binary.append(3 if len(children) and children.max() > 2 else 1)
         deepest = [
             int(cells.depth.max()) * steps
             for cells, steps in zip(self.cells, self.binary, strict=True)
         ]
+        progress.report(1, 1, "Looking at the cells")
+        self.across = Across(self.scene, self.cells)
         self.ends = {"level": max(*deepest, 1)}
 
     def picture(self, settings: Settings) -> Picture:
         """Return all trees up to a level, as a plane sees them."""
         plane = Plane.across(self.scene, settings.position)
-        outlines = contour(self.scene, plane)
+        outlines = self.across.contour(plane)
         parts: list[Lines | Faces] = list(model_with(self.scene, plane))
-        marks, rows, told = [], [], []
+        marks, rows, told, sections = [], [], [], list[Section]()
         for number, (name, cells) in enumerate(zip(SYSTEMS, self.cells, strict=True)):
             shift = place_beside(self.scene, number, COLUMNS)
             depth = settings.level // self.binary[number]
             shown = (cells.depth == depth) | (cells.is_leaf & (cells.depth < depth))
-            section = section_of(cells, np.flatnonzero(shown), plane).moved(shift)
-            colours = np.tile((*GREY[:3], FAINT), (len(cells), 1))
-            newest = np.flatnonzero((cells.depth == depth) & (depth > 0))
-            fills = np.tile((*ORANGE[:3], 0.3), (len(cells), 1))
-            full = np.flatnonzero(shown & cells.is_leaf & (cells.count > 0))
-            parts += [section.of(full).faces(fills), section.lines(colours)]
-            colours[newest] = *RED[:3], 0.8
-            parts.append(section.of(newest).raised(self.scene).lines(colours))
+            section = self.across.section(number, plane, shown, 2 * len(SYSTEMS))
+            sections.append(section)
+            beside, owners = section.moved(shift), section.owners
+            full = cells.is_leaf[owners] & (cells.count[owners] > 0)
+            parts += [beside.where(full).filled(ORANGE), beside.drawn((*GREY[:3], FAINT))]
+            newest = beside.where((cells.depth[owners] == depth) & (depth > 0))
+            parts.append(newest.raised(self.scene).drawn((*RED[:3], 0.8)))
             parts.append(outline_beside(outlines, shift))
             marks.append(Mark(title_place(self.scene, plane, shift), name))
             costs = self.costs[number]
             rows.append(
                 Row(
                     name,
-                    f"{counted(costs.cells, 'leaf', 'leaves')}, SAH {self.sah[number]:.1f}, "
+                    f"{counted(costs.cells, 'leaf', 'leaves')}, SAH {costs.sah:.1f}, "
                     f"N_TS {costs.steps:.1f}, N_IT {costs.tests:.1f}",
                     "Leaves and SAH cost of the whole tree; steps and tests of random lines",
                 )
             )
             told.append(f"{name} {int(shown.sum())}")
         caption = f"Level {settings.level} of binary cuts; cells so far: {', '.join(told)}"
-        return picture_of(parts, caption, marks=marks, rows=rows)
+        return picture_of(parts, caption + left_out_text(sections), marks=marks, rows=rows)
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:

@@ -35,6 +35,7 @@ from .section import (
     FAINT,
     Plane,
     contour,
+    left_out_text,
     model_with,
     outline_beside,
     place_beside,
@@ -66,6 +67,14 @@ WALKS = {
 ENTERING = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
 
 
+DOINGS = {
+    int(VISIT_INNER): "enters inner node",
+    int(VISIT_LEAF): "enters leaf",
+    int(VISIT_EMPTY): "enters empty leaf",
+    int(SKIP): "throws away node",
+}
+
+
 @dataclass(frozen=True)
 class Settings:
     """The knobs of the lesson."""
@@ -95,8 +104,8 @@ class WalkShown:
         self.kinds = steps.kind[self.events]
         self.held = self._held()
         places = cells.places_of(np.unique(self.nodes))
-        self.section = section_of(cells, places, plane)
-        self.leaves = section_of(cells, np.flatnonzero(cells.is_leaf), plane)
+        self.section = section_of(cells, places, plane, len(WALKS))
+        self.leaves = section_of(cells, np.flatnonzero(cells.is_leaf), plane, len(WALKS))
 
     def _held(self) -> np.ndarray:
         """Return from which event to which each node is put aside, (n, 3): node, first, last."""
@@ -177,7 +186,8 @@ class AdaptiveTraversal(Play):
     def __init__(self, walks: Sequence[WalkShown], plane: Plane, links: int) -> None:
         self.walks = {each.name: each for each in walks}
         self.scene, self.plane = walks[0].walked.structure.scene, plane
-        self.contour, self.links = contour(self.scene, plane), links
+        self.contour, self.links = contour(self.scene, plane, len(WALKS)), links
+        self.left_out = left_out_text([walks[0].leaves])
         self.ends = {"event": max(max(len(each.nodes) for each in walks) - 1, 0)}
 
     def picture(self, settings: Settings) -> Picture:
@@ -198,7 +208,8 @@ class AdaptiveTraversal(Play):
                     Mark(title_place(self.scene, self.plane, shift), f"{each.label}: {count}")
                 )
                 told.append(f"{each.label} {event + 1} of {len(each.nodes)}")
-            return picture_of(parts, f"Events: {', '.join(told)}", marks=marks, rows=rows)
+            caption = f"Events: {', '.join(told)}{self.left_out}"
+            return picture_of(parts, caption, marks=marks, rows=rows)
         each = self.walks[settings.walk]
         event = min(settings.event, len(each.nodes) - 1)
         shift = place_beside(self.scene, 0)
@@ -218,7 +229,7 @@ class AdaptiveTraversal(Play):
             memory = counted(len(remembered), each.kind.one, each.kind.many)
         caption = (
             f"{each.label}, event {event + 1} of {len(each.nodes)}: {self.words(each, event)}; "
-            f"it remembers {memory}"
+            f"it remembers {memory}{self.left_out}"
         )
         return picture_of([*parts, column], caption, marks=[*marks, *names], rows=rows)
 
@@ -227,11 +238,7 @@ class AdaptiveTraversal(Play):
         kind, node = int(each.kinds[event]), int(each.nodes[event])
         number = int(each.events[event])
         enter = each.walked.steps.t_enter[number]
-        named = {
-            VISIT_INNER: "enters inner node", VISIT_LEAF: "enters leaf",
-            VISIT_EMPTY: "enters empty leaf", SKIP: "throws away node",
-        }[kind]  # fmt: skip
-        return f"{named} {node} at t = {enter:.4g}"
+        return f"{DOINGS[kind]} {node} at t = {enter:.4g}"
 
     def entry(self, each: WalkShown, event: int, node: int) -> str:
         """Return the text of a remembered node."""

@@ -34,6 +34,8 @@ class Costs:
         N_V, N_EV and N_OIV.
     memory : int
         Bytes, without the scene's triangles.
+    sah : float
+        The cost of the tree by the surface area heuristic.
     steps, tests : float
         N_TS and N_IT in the mean over random lines; they end at their first hit.
     """
@@ -42,6 +44,7 @@ class Costs:
     empty: int
     references: int
     memory: int
+    sah: float
     steps: float
     tests: float
 
@@ -51,7 +54,7 @@ class Costs:
         figures = structure.statistics(progress)
         counts = structure.trace(lines, progress=progress)[1].by_name()
         return cls(
-            figures.N_V, figures.N_EV, figures.N_OIV, structure.memory(),
+            figures.N_V, figures.N_EV, figures.N_OIV, structure.memory(), figures.sah,
             float(np.mean(counts["N_TS"])), float(np.mean(counts["N_IT"])),
         )  # fmt: skip
 

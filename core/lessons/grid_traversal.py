@@ -122,7 +122,7 @@ class Traversal(Play):
 
     def name_of(self, cell: int) -> str:
         """Return a cell as the lecture writes it."""
-        return "[{}, {}, {}]".format(*self.ladder.index[cell])
+        return "[{}, {}, {}]".format(*self.ladder.cell[cell])
 
     def axis_of(self, cell: int) -> int:
         """Return the system of the wall through which the ray leaves a cell."""
@@ -211,6 +211,7 @@ SHARED: dict[str, Any] = {
     "sample": "suzanne:subdivisions=2",
     "structures": ("grid:resolution=8x8x8",),
     "suits": steps_from_cell_to_cell,
+    "takes_ray": True,
 }
 
 LESSONS = (
@@ -228,6 +229,5 @@ LESSONS = (
         play=play_of(CellByCell),
         film="cell",
         **SHARED,
-        takes_ray=True,
     ),
 )

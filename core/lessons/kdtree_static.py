@@ -23,8 +23,8 @@ from .picture import Picture, Row
 AXIS_COLOURS = np.array([BLUE, GREEN, ORANGE])
 AXES = "xyz"
 
-MOST_PLANES = 3000
-"""Planes that are drawn, the largest."""
+MOST_PLANES = 2000
+"""Planes of the level that are drawn, and of those above: the largest."""
 
 
 @dataclass(frozen=True)

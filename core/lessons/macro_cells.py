@@ -80,13 +80,13 @@ class MacroCells(Play):
         self.shifts = [place_beside(self.scene, number) for number in range(2)]
         occupied = np.flatnonzero(walked.cells.count > 0)
         every = np.arange(len(walked.cells))
-        self.section = section_of(walked.cells, every, plane)
-        self.occupied = section_of(walked.cells, occupied, plane)
+        self.section = section_of(walked.cells, every, plane, 2)
+        self.occupied = section_of(walked.cells, occupied, plane, 2)
         self.entered = section_of(plain.cells, np.unique(plain.places), plane)
         none = np.zeros(len(self.boxes), np.int32)
         regions = Cells(self.boxes, np.arange(len(none), dtype=np.int32), none, none == 0, none)
         self.regions = section_of(regions, np.arange(len(none)), plane)
-        self.contour = contour(self.scene, plane)
+        self.contour = contour(self.scene, plane, 2)
 
     def picture(self, settings: Settings) -> Picture:
         """Return the picture after a step."""
@@ -213,6 +213,7 @@ LESSONS = (
         sample="suzanne:subdivisions=2",
         Settings=Settings,
         play=play,
+        takes_ray=True,
         film="step",
         replays=("regions",),
     ),

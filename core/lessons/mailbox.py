@@ -30,6 +30,7 @@ from .one_ray import Counted, Walked, ray_of
 from .picture import Mark, Picture, Row
 from .section import (
     FAINT,
+    MOST_PIECES,
     Plane,
     cut_items,
     model_with,
@@ -60,7 +61,8 @@ class Mailbox(Play):
         leaves = np.flatnonzero(walked.cells.is_leaf)
         self.section = section_of(walked.cells, leaves, plane).moved(self.shift)
         self.cut, self.items = cut_items(self.scene, plane)
-        self.cut = self.cut + self.shift
+        every = max(len(self.cut) // MOST_PIECES, 1)
+        self.cut, self.items = self.cut[::every] + self.shift, self.items[::every]
 
     def picture(self, settings: Settings) -> Picture:
         """Return the picture after an event."""
@@ -149,7 +151,7 @@ class Mailbox(Play):
         ]
         if current >= 0:
             # Not every object that is listed reaches up to the plane: whole outlines, too.
-            outline = lines_of_items(self.scene.geometry, np.array([current]))
+            outline = lines_of_items(self.scene.geometry, np.array([current]))[:MOST_PIECES]
             parts.append(coloured(outline + self.shift, (*RED[:3], 0.55)))
             parts.append(coloured(self.cut[is_now], RED))
         return parts
@@ -206,6 +208,7 @@ LESSONS = (
         suits=only_its_own,
         Settings=Settings,
         play=play,
+        takes_ray=True,
         film="event",
     ),
 )

@@ -27,14 +27,19 @@ from .one_ray import Counted, Walked, ray_of
 from .picture import Mark, Picture, Row
 from .section import (
     FAINT,
+    MOST_PIECES,
     Plane,
     contour,
+    left_out_text,
     model_with,
     outline_beside,
     place_beside,
     section_of,
     title_place,
 )
+
+MOST_TESTED = 200
+"""Tested objects that are drawn, the last."""
 
 FILL = 0.3
 """Opacity of cells that were entered."""
@@ -55,7 +60,7 @@ class Entered:
     def __init__(self, structure: Structure, walked: Walked, plane: Plane, shift: np.ndarray):
         self.structure, self.walked, self.plane, self.shift = structure, walked, plane, shift
         leaves = np.flatnonzero(walked.cells.is_leaf)
-        self.section = section_of(walked.cells, leaves, plane).moved(shift)
+        self.section = section_of(walked.cells, leaves, plane, 2).moved(shift)
         entered = section_of(walked.cells, np.unique(walked.places), plane)
         self.entered = entered.moved(shift).raised(structure.scene)
 
@@ -96,7 +101,7 @@ class NonuniformSubdivision(Play):
             Entered(structure, walk, plane, place_beside(self.scene, number))
             for number, (structure, walk) in enumerate(zip(structures, walked, strict=True))
         ]
-        self.contour = contour(self.scene, plane)
+        self.contour = contour(self.scene, plane, 2)
         self.ends = {"cells": max(max(len(walk.visits) for walk in walked), 1)}
 
     def picture(self, settings: Settings) -> Picture:
@@ -109,7 +114,7 @@ class NonuniformSubdivision(Play):
             tested = each.tested(count)
             parts += each.parts(count)
             parts.append(outline_beside(self.contour, each.shift))
-            lines = lines_of_items(self.scene.geometry, tested[-200:])
+            lines = lines_of_items(self.scene.geometry, tested[-MOST_TESTED:])[:MOST_PIECES]
             parts.append(coloured(lines + each.shift, GREEN))
             cells = counted(count, "cell", "cells")
             marks.append(Mark(title_place(self.scene, self.plane, each.shift), f"{name}: {cells}"))
@@ -126,7 +131,8 @@ class NonuniformSubdivision(Play):
                     "Leaves or cells of the whole structure",
                 ),
             ]  # fmt: skip
-        return picture_of(parts, "; ".join(told), marks=marks, rows=rows)
+        left_out = left_out_text(each.section for each in self.both)
+        return picture_of(parts, "; ".join(told) + left_out, marks=marks, rows=rows)
 
 
 ENOUGH = 13

@@ -8,6 +8,7 @@ lies in the plane passes all its cells there.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ from ..geometry.instances import lines_of_items
 from ..geometry.polygons import Polygons, of_equal_size, sides_of
 from ..geometry.triangles import Triangles
 from ..scene import Scene
-from .drawing import GREY, RED, Faces, Lines, coloured, tinted
+from .drawing import GREY, RED, Colour, Faces, Lines, coloured, counted, tinted
 
 GAP = 1.15
 """Distance of two sections, in widths of the scene."""
@@ -35,8 +36,12 @@ ROW_GAP = 1.6
 FEW_ITEMS = 100
 """Items up to which whole outlines stand for the object, as on slides; else its contour."""
 
-MOST_CELLS = 4000
-"""Cells of one section that are drawn, the largest; more of them are a grey mass."""
+MOST_SIDES = 8000
+"""Sides of cells that are drawn in all sections of a picture, of the largest cells: more of them
+are a grey mass."""
+
+MOST_PIECES = 3000
+"""Pieces of contours that are drawn in all sections, evenly chosen."""
 
 TO_VIEWER = np.array([0.55, -0.75, 0.42])
 """Where pictures are seen from: the front right, from above."""
@@ -100,27 +105,35 @@ class Section(NamedTuple):
         """Return the sides in colours by place, (n, 4)."""
         return Lines(self.segments, colours[self.owners])
 
-    def of(self, places: np.ndarray) -> Section:
-        """Return only what belongs to some cells."""
-        kept = np.isin(self.owners, places)
+    def drawn(self, colour: Colour) -> Lines:
+        """Return the sides, all in one colour."""
+        return coloured(self.segments, colour)
+
+    def filled(self, colour: Colour, opacity: float = 0.3) -> Faces:
+        """Return the polygons, all in one colour."""
+        return tinted(self.fans(), colour, opacity)
+
+    def where(self, kept: np.ndarray) -> Section:
+        """Return only some sides, by a mask over them, (k,) bool."""
         return Section(self.segments[kept], self.owners[kept], self.left_out)
 
+    def of(self, places: np.ndarray) -> Section:
+        """Return only what belongs to some cells."""
+        return self.where(np.isin(self.owners, places))
+
     def faces(self, colours: np.ndarray) -> Faces:
-        """Return the polygons as fans around their middles, in colours by place, (n, 4)."""
+        """Return the polygons in colours by place, (n, 4)."""
+        return Faces(self.fans(), colours[self.owners])
+
+    def fans(self) -> np.ndarray:
+        """Return the polygons as fans of triangles around their middles, (k, 3, 3)."""
         found, which = np.unique(self.owners, return_inverse=True)
         counts = np.bincount(which, minlength=len(found))
-        middles = (
-            np.stack(
-                [
-                    np.bincount(which, self.segments[:, :, a].mean(axis=1), len(found))
-                    for a in range(3)
-                ],
-                axis=1,
-            )
-            / np.maximum(counts, 1)[:, None]
-        )
-        fans = np.concatenate([middles[which][:, None], self.segments], axis=1)
-        return Faces(fans, colours[self.owners])
+        middles = np.empty((len(found), 3))
+        for axis in range(3):
+            along = self.segments[:, :, axis].mean(axis=1)
+            middles[:, axis] = np.bincount(which, along, len(found)) / counts
+        return np.concatenate([middles[which][:, None], self.segments], axis=1)
 
     def moved(self, shift: np.ndarray) -> Section:
         """Return the section beside itself."""
@@ -131,58 +144,82 @@ class Section(NamedTuple):
         return self.moved(RAISED * (scene.upper - scene.lower).max() * TO_VIEWER)
 
 
-def section_of(cells: Cells, places: np.ndarray, plane: Plane) -> Section:
+def section_of(cells: Cells, places: np.ndarray, plane: Plane, sections: int = 1) -> Section:
     """Return what a plane cuts of some cells.
 
     Parameters
     ----------
     places : (m,) int
         Ascending.
+    sections : int
+        So many stand in the picture, and share what can be drawn.
     """
     boxes, up = cells.boxes[places], plane.normal > 0.0
     lowest = np.where(up, boxes[:, :3], boxes[:, 3:])
     highest = np.where(up, boxes[:, 3:], boxes[:, :3])
     cut = places[(plane.above(lowest) <= 0.0) & (plane.above(highest) > 0.0)]
-    left_out = max(len(cut) - MOST_CELLS, 0)
-    if left_out:
-        sizes = (cells.boxes[cut, 3:] - cells.boxes[cut, :3]).sum(axis=1)
-        cut = np.sort(cut[np.argsort(-sizes, kind="stable")[:MOST_CELLS]])
-    shaped, boxed = by_shape(cells, cut)
+    most = MOST_SIDES // sections
+    sizes = (cells.boxes[cut, 3:] - cells.boxes[cut, :3]).sum(axis=1)
+    largest_first = cut[np.argsort(-sizes, kind="stable")]
+    # What is cut of a cell has three sides at least.
+    looked_at = largest_first[: most // 3]
+    shaped, boxed = by_shape(cells, np.sort(looked_at))
     triangles, of_triangles = faces_of(cells, shaped)
     sides = sides_of(corners_of(cells.boxes[boxed]))
-    fans = np.concatenate([[0], np.cumsum(np.full(len(triangles), 3))])
     pieces = [
-        _cut(Polygons(triangles.reshape(-1, 3), fans, of_triangles), plane),
+        _cut(of_equal_size(triangles, of_triangles), plane),
         _cut(sides._replace(owners=boxed[sides.owners]), plane),
     ]
-    return Section(
-        np.concatenate([segments for segments, _ in pieces]),
-        np.concatenate([owners for _, owners in pieces]),
-        left_out,
-    )
+    segments = np.concatenate([segments for segments, _ in pieces])
+    owners = np.concatenate([owners for _, owners in pieces])
+    counts = np.bincount(owners, minlength=len(cells))[looked_at]
+    kept = looked_at[np.cumsum(counts) <= most]
+    section = Section(segments, owners, len(cut) - len(kept))
+    return section.of(kept) if section.left_out else section
 
 
-def contour(scene: Scene, plane: Plane) -> np.ndarray:
+def contour(scene: Scene, plane: Plane, sections: int = 1) -> np.ndarray:
     """Return what a plane cuts of the surfaces of triangles, (k, 2, 3).
 
     Of a few items, and of such as are no triangles, the outlines.
+
+    Parameters
+    ----------
+    sections : int
+        In so many of them it is drawn.
     """
     if len(scene) <= FEW_ITEMS:
-        return lines_of_items(scene.geometry, np.arange(len(scene)))
-    return cut_items(scene, plane)[0]
+        lines = lines_of_items(scene.geometry, np.arange(len(scene)))
+    else:
+        lines = cut_items(scene, plane)[0]
+    return thinned(lines, sections)
+
+
+def thinned(lines: np.ndarray, sections: int) -> np.ndarray:
+    """Return every second, third, ... line, so that as many sections can have them."""
+    return lines[:: max(-(-sections * len(lines) // MOST_PIECES), 1)]
+
+
+def triangles_as_polygons(corners: np.ndarray) -> Polygons:
+    """Return triangles (n, 3, 3) as polygons, each its own."""
+    return of_equal_size(corners, np.arange(len(corners)))
 
 
 def cut_items(scene: Scene, plane: Plane) -> tuple[np.ndarray, np.ndarray]:
     """Return what a plane cuts of triangles, (k, 2, 3), and of which, (k,).
 
-    Of the first few items of other kinds the outlines, each of item 0.
+    Of other kinds the outlines of the first few items, as if they were all of item 0.
     """
     if not isinstance(scene.geometry, Triangles):
         lines = lines_of_items(scene.geometry, np.arange(min(len(scene), FEW_ITEMS)))
         return lines, np.zeros(len(lines), np.int64)
-    corners = scene.triangles
-    offsets = 3 * np.arange(len(corners) + 1)
-    return _cut(Polygons(corners.reshape(-1, 3), offsets, np.arange(len(corners))), plane)
+    return _cut(triangles_as_polygons(scene.triangles), plane)
+
+
+def left_out_text(sections: Iterable[Section]) -> str:
+    """Return what a caption says of sections: empty if all cells are drawn that are cut."""
+    count = sum(section.left_out for section in sections)
+    return f"; {counted(count, 'small cell is', 'small cells are')} not drawn" if count else ""
 
 
 def walls_in(box: np.ndarray, axis: int, positions: np.ndarray, plane: Plane) -> np.ndarray:
@@ -218,6 +255,41 @@ def _cut(polygons: Polygons, plane: Plane) -> tuple[np.ndarray, np.ndarray]:
     # The border of a convex polygon crosses the plane twice or not at all.
     polygon = np.searchsorted(polygons.offsets, crossed, side="right") - 1
     return met.reshape(-1, 2, 3), polygons.owners[polygon[::2]]
+
+
+class Across:
+    """What planes across y cut of a scene and of leaves, found fast: for a plane that is moved.
+
+    Parameters
+    ----------
+    scene : Scene
+    cells : sequence of Cells
+        Of each section.
+    """
+
+    def __init__(self, scene: Scene, cells: Sequence[Cells]) -> None:
+        self.scene, self.cells = scene, cells
+        self.ends = [(each.boxes[:, 1].copy(), each.boxes[:, 4].copy()) for each in cells]
+        self.corners = np.empty((0, 3, 3))
+        if len(scene) > FEW_ITEMS and isinstance(scene.geometry, Triangles):
+            self.corners = scene.triangles
+        y = self.corners[:, :, 1]
+        self.low, self.high = y.min(axis=1), y.max(axis=1)
+
+    def section(self, number: int, plane: Plane, shown: np.ndarray, sections: int) -> Section:
+        """Return what a plane across y cuts of those cells that a mask says, (n,) bool."""
+        low, high = self.ends[number]
+        y = plane.point[1]
+        places = np.flatnonzero(shown & (low <= y) & (high > y))
+        return section_of(self.cells[number], places, plane, sections)
+
+    def contour(self, plane: Plane) -> np.ndarray:
+        """Return what a plane across y cuts of the scene, see :func:`contour`."""
+        if not len(self.corners):
+            return contour(self.scene, plane, len(self.cells))
+        y = plane.point[1]
+        met = self.corners[(self.low <= y) & (self.high > y)]
+        return thinned(_cut(triangles_as_polygons(met), plane)[0], len(self.cells))
 
 
 # ---------------------------------------------------------------------------- beside the model

@@ -21,18 +21,13 @@ from .lesson import Lesson, Play, Subject, only_its_own
 from .picture import Mark, Picture, Row
 from .section import (
     FAINT,
+    Across,
     Plane,
-    Section,
-    contour,
     model_with,
     outline_beside,
     place_beside,
-    section_of,
     title_place,
 )
-
-FILL = 0.3
-"""Opacity of cells with objects."""
 
 
 @dataclass(frozen=True)
@@ -56,20 +51,22 @@ class SpaceSubdivision(Play):
             progress.report(number, len(structures), f"Looking at {structure.name}")
             self.cells.append(structure.cells(progress).own())
             self.costs.append(Costs.of(structure, lines, progress))
-        self.leaves = [np.flatnonzero(cells.is_leaf) for cells in self.cells]
+        progress.report(1, 1, "Looking at the cells")
+        self.across = Across(self.scene, self.cells)
 
     def picture(self, settings: Settings) -> Picture:
         """Return what a plane sees of all of them."""
         plane = Plane.across(self.scene, settings.position)
         parts: list[Lines | Faces] = list(model_with(self.scene, plane))
-        outlines = contour(self.scene, plane)
+        outlines = self.across.contour(plane)
         marks, rows, told = [], list[Row](), []
         for number, structure in enumerate(self.structures):
             cells, costs = self.cells[number], self.costs[number]
             shift = place_beside(self.scene, number)
-            section = section_of(cells, self.leaves[number], plane)
+            section = self.across.section(number, plane, cells.is_leaf, len(self.structures))
             beside = section.moved(shift)
-            parts += filled(beside, cells.count > 0)
+            parts.append(beside.where(cells.count[section.owners] > 0).filled(ORANGE))
+            parts.append(beside.drawn((*GREY[:3], FAINT)))
             parts.append(outline_beside(outlines, shift))
             cut = len(np.unique(section.owners)) + section.left_out
             marks.append(Mark(title_place(self.scene, plane, shift), structure.label))
@@ -81,13 +78,6 @@ class SpaceSubdivision(Play):
                 f"{costs.tests:.1f} tests per ray"
             )
         return picture_of(parts, "; ".join(told), marks=marks, rows=rows)
-
-
-def filled(section: Section, has_objects: np.ndarray) -> list[Lines | Faces]:
-    """Return a section with the cells that have objects filled."""
-    colours = np.tile((*GREY[:3], FAINT), (len(has_objects), 1))
-    fills = np.tile((*ORANGE[:3], FILL), (len(has_objects), 1))
-    return [section.of(np.flatnonzero(has_objects)).faces(fills), section.lines(colours)]
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:

@@ -21,13 +21,14 @@ from ..scene import Scene
 from ..settings import setting
 from ..structures.kdtree import KdTree
 from .drawing import GREY, ORANGE, RED, Faces, Lines, counted, picture_of
-from .figures import Costs, lines_through
 from .lesson import Lesson, Play, Subject, build
 from .picture import Mark, Picture, Row
 from .section import (
     FAINT,
     Plane,
+    Section,
     contour,
+    left_out_text,
     model_with,
     outline_beside,
     place_beside,
@@ -74,6 +75,8 @@ class Built:
         for side in range(2):
             by_number[log.cells[log.children[splits, side]]] = log.counts[splits, side]
         self.count = by_number[self.cells.numbers]
+        figures = tree.statistics(progress)
+        self.sah, self.tests = figures.sah, figures.expected_tests
         self.is_candidate = (self.count > settings.max_leaf_size) & (
             self.cells.depth < settings.max_depth
         )
@@ -86,28 +89,28 @@ class Built:
 class SubdivisionCriteria(Play):
     """The same budget in three orders."""
 
-    def __init__(self, scene: Scene, trees: dict[str, Built], progress: Progress) -> None:
+    def __init__(self, scene: Scene, trees: dict[str, Built]) -> None:
         self.scene, self.trees = scene, trees
-        lines = lines_through(scene)
-        self.costs = {name: Costs.of(each.tree, lines, progress) for name, each in trees.items()}
         self.ends = {"step": max(each.cuts for each in trees.values())}
         # Where the depth-first tree has spent its cells, or none of them might be seen.
         cells = trees["depth_first"].cells
         boxes = cells.boxes[cells.is_leaf]
         middle = float(np.median(0.5 * (boxes[:, 1] + boxes[:, 4])))
         self.plane = Plane(np.array([0.0, middle, 0.0]), np.array([0.0, 1.0, 0.0]))
-        self.contour = contour(scene, self.plane)
+        self.contour = contour(scene, self.plane, len(trees))
 
     def picture(self, settings: Settings) -> Picture:
         """Return the three trees after so many cuts."""
         parts: list[Lines | Faces] = list(model_with(self.scene, self.plane))
-        marks, rows, told = [], [], []
+        marks, rows, told, sections = [], [], [], list[Section]()
         for number, (name, each) in enumerate(self.trees.items()):
             step, cells = min(settings.step, each.cuts), each.cells
             there = each.there(step)
             waiting = there & each.is_candidate
             shift = place_beside(self.scene, number)
-            section = section_of(cells, np.flatnonzero(there), self.plane).moved(shift)
+            section = section_of(cells, np.flatnonzero(there), self.plane, len(ORDERS))
+            sections.append(section)
+            section = section.moved(shift)
             colours = np.tile((*GREY[:3], FAINT), (len(cells), 1))
             newest = there & (each.made == step) & (step > 0)
             colours[newest] = RED
@@ -116,7 +119,6 @@ class SubdivisionCriteria(Play):
             parts.append(section.of(np.flatnonzero(newest)).raised(self.scene).lines(colours))
             parts.append(outline_beside(self.contour, shift))
             marks.append(Mark(title_place(self.scene, self.plane, shift), ORDERS[name]))
-            costs = self.costs[name]
             depth = int(cells.depth[there].max())
             largest = int(each.count[there].max())
             rows.append(
@@ -127,9 +129,8 @@ class SubdivisionCriteria(Play):
             )  # fmt: skip
             rows.append(
                 Row(f"{ORDERS[name]}: at the End",
-                    f"{counted(costs.cells, 'leaf', 'leaves')}, N_TS {costs.steps:.1f}, "
-                    f"N_IT {costs.tests:.1f}",
-                    "Steps and tests of random lines in the finished tree")
+                    f"SAH cost {each.sah:.1f}, {each.tests:.1f} tests",
+                    "Of the finished tree, and what an endless random line is tested against")
             )  # fmt: skip
             told.append(f"{ORDERS[name]} {int(waiting.sum())}")
         caption = (
@@ -137,7 +138,7 @@ class SubdivisionCriteria(Play):
             f"budget of {counted(settings.budget, 'cell', 'cells')}, M = {settings.max_leaf_size}, "
             f"K = {settings.max_depth}; cells that wait: {', '.join(told)}"
         )
-        return picture_of(parts, caption, marks=marks, rows=rows)
+        return picture_of(parts, caption + left_out_text(sections), marks=marks, rows=rows)
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
@@ -152,7 +153,7 @@ def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
         tree = build(subject.scene, spec, progress)
         assert isinstance(tree, KdTree)
         trees[order] = Built(tree, settings, progress)
-    return SubdivisionCriteria(subject.scene, trees, progress)
+    return SubdivisionCriteria(subject.scene, trees)
 
 
 LESSONS = (

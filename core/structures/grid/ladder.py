@@ -23,15 +23,15 @@ class Ladder(NamedTuple):
 
     Attributes
     ----------
-    index : (n, 3) int64
-        The cells [i, j, k].
+    cell : (n, 3) int64
+        [i, j, k] of each.
     walls : (n, 3) float64
         The t at which the next wall across x, y and z is crossed; inf if it never is.
     spacing : (3,) float64
         Dx, Dy, Dz: the t between two walls of a system; inf if none is crossed.
     """
 
-    index: np.ndarray
+    cell: np.ndarray
     walls: np.ndarray
     spacing: np.ndarray
 

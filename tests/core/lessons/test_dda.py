@@ -58,7 +58,7 @@ def test_the_ladder_is_the_walks_own_to_the_bit(lab, name):
         assert ladder.walls.min(axis=1).tobytes() == t_exit.tobytes()
         assert t[1:].tobytes() == t_exit[:-1].tobytes()
         # The cell changes along the axis of the least, by one, in the ray's direction.
-        change = np.diff(ladder.index, axis=0)
+        change = np.diff(ladder.cell, axis=0)
         axes = [play.axis_of(cell) for cell in range(len(t) - 1)]
         direction = play.walked.rays.directions[0]
         want = np.zeros_like(change)
@@ -75,7 +75,7 @@ def test_the_ladder_is_the_walks_own_to_the_bit(lab, name):
             bound *= abs(play.walked.rays.inverse[0, axis])
             assert np.abs(steps - ladder.spacing[axis]).max(initial=0.0) <= bound
         # End conditions.
-        last = ladder.index[-1].copy()
+        last = ladder.cell[-1].copy()
         axis = play.axis_of(len(t) - 1)
         last[axis] += int(np.sign(direction[axis]))
         outside = last[axis] in (-1, grid.arrays.resolution[axis])
@@ -105,7 +105,7 @@ def test_pictures_say_what_the_ladder_has(lab, lesson, name):
         picture = play.picture(CellSettings(cell))
         assert np.isfinite(picture.points()).all()
         rows = {row.label: row.text for row in picture.rows}
-        assert rows["Cell"] == "[{}, {}, {}]".format(*play.ladder.index[cell])
+        assert rows["Cell"] == "[{}, {}, {}]".format(*play.ladder.cell[cell])
         if lesson == "dda_step":
             left = play.ladder.walls[cell] - play.t[cell]
             assert rows["D = min"] == f"{left.min():.4g}"

@@ -53,13 +53,13 @@ def one_cell(box):
 
 
 def test_the_largest_cells_are_kept(monkeypatch):
-    monkeypatch.setattr(section, "MOST_CELLS", 10)
+    monkeypatch.setattr(section, "MOST_SIDES", 80)
     scene = make_sample("suzanne:subdivisions=0")
     cells = build(scene, "octree").cells()
     leaves = np.flatnonzero(cells.is_leaf)
     plane = Plane.across(scene, 0.5)
-    cut = section_of(cells, leaves, plane)
-    monkeypatch.setattr(section, "MOST_CELLS", 4000)
+    cut = section_of(cells, leaves, plane, 2)
+    monkeypatch.undo()
     everything = section_of(cells, leaves, plane)
     kept, all_cut = np.unique(cut.owners), np.unique(everything.owners)
     assert len(kept) == 10
