@@ -107,7 +107,8 @@ class Ways(Play):
             hits, counts = structures["hierarchy"].trace(rays)
             score = np.where(hits.primitive >= 0, counts["N_TS"], -1)
             self.ray = rays.select(np.array([int(score.argmax())]))
-        self.tested, self.count = {}, {}
+        self.tested: dict[str, np.ndarray] = {}
+        self.count: dict[str, int] = {}
         for way, structure in structures.items():
             progress.report(len(self.tested), len(WAYS), "Recording a ray")
             steps = structure.record(self.ray, 0)

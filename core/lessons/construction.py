@@ -105,7 +105,7 @@ class Construction(Play):
 
     def __init__(self, subject: Subject, progress: Progress) -> None:
         self.scene = subject.scene
-        self.buildings = {}
+        self.buildings: dict[str, Building] = {}
         for name, structure in zip(BUILDERS, subject.structures, strict=True):
             progress.report(len(self.buildings), len(BUILDERS), "Reading the logs")
             assert isinstance(structure, BVH)

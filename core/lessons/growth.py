@@ -101,21 +101,16 @@ def growth_of(scene: Scene, counts: Sequence[int], progress: Progress) -> Growth
     for done, count in enumerate(counts):
         progress.report(done, len(counts), "Tracing parts of the scene")
         part = part_of(scene, order[:count])
-        naive, seconds = timed(
-            Naive.build(part, Naive.Settings(), progress),
-            rays,
-            min(len(scene) // count, AGAIN),
-            progress,
-        )
+        again = min(len(scene) // count, AGAIN)
+        naive, seconds = timed(Naive.build(part, Naive.Settings()), rays, again, progress)
         trees.append(BVH.build(part, BVH.Settings(), progress))
         bvh, faster = timed(trees[-1], rays, AGAIN, progress)
         found.append((naive["N_IT"], bvh["N_TS"], bvh["N_IT"], seconds, faster))
-    naive, steps, tests, seconds, faster = (np.array(column) for column in zip(*found))
+    columns = [np.array(column) for column in zip(*found, strict=True)]
     away = np.linalg.norm(nearest_to(rays, 0.5 * (scene.lower + scene.upper)), axis=1)
     return Growth(
-        np.array(counts), order, rays, naive, steps, tests, seconds, faster, tuple(trees),
-        int(away.argmin()),
-    )  # fmt: skip
+        np.array(counts), order, rays, *columns, trees=tuple(trees), middle=int(away.argmin())
+    )
 
 
 def nearest_to(rays: Rays, point: np.ndarray) -> np.ndarray:
