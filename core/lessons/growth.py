@@ -106,11 +106,14 @@ def growth_of(scene: Scene, counts: Sequence[int], progress: Progress) -> Growth
         trees.append(BVH.build(part, BVH.Settings(), progress))
         bvh, faster = timed(trees[-1], rays, AGAIN, progress)
         found.append((naive["N_IT"], bvh["N_TS"], bvh["N_IT"], seconds, faster))
-    columns = [np.array(column) for column in zip(*found, strict=True)]
+    tests_naive, steps, tests, seconds, faster = (
+        np.array(column) for column in zip(*found, strict=True)
+    )
     away = np.linalg.norm(nearest_to(rays, 0.5 * (scene.lower + scene.upper)), axis=1)
     return Growth(
-        np.array(counts), order, rays, *columns, trees=tuple(trees), middle=int(away.argmin())
-    )
+        np.array(counts), order, rays, tests_naive, steps, tests, seconds, faster, tuple(trees),
+        int(away.argmin()),
+    )  # fmt: skip
 
 
 def nearest_to(rays: Rays, point: np.ndarray) -> np.ndarray:
