@@ -88,7 +88,7 @@ class Decision(Play):
         progress.report(0, 2, "Counting on both sides of the planes")
         self.scene, boxes = scene, scene.boxes()
         self.box = np.concatenate([scene.lower, scene.upper])
-        self.cases = {case.name: case for case in cases_of(boxes, self.box)}
+        self.cases = {case.name: case for case in cases_of(boxes, self.box, progress)}
         self.is_printed = is_worked_example(len(scene), self.box)
         self.lines = ItemLines.of(scene)
         progress.report(1, 2, "Counting on both sides of the planes")

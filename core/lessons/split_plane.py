@@ -53,7 +53,6 @@ from .drawing import (
     solid,
     some_of,
 )
-from .exhibit import Frame
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 
@@ -264,14 +263,6 @@ class SplitPlaneOfScene(Play):
             share = float(shares[np.argmin(planes.cost)])
             chosen.append(dataclasses.replace(settings, axis=name, position=share))
         return chosen
-
-
-def frame_of_plane(
-    scene: Scene, along: SortedAxis, box: np.ndarray, position: float, t_tra: float, t_tri: float
-) -> Frame:
-    """Return the picture of one plane as a frame, for the panel that has no lessons yet."""
-    picture = picture_of_plane(ItemLines.of(scene), scene, along, position, t_tra, t_tri)
-    return Frame(picture.segments, picture.colours, picture.caption)
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..progress import SILENT, Progress
 from .split_plane import SplitPlane, evaluate_plane, sort_along
 
 T_TRA, T_TRI = 3.0, 1.0
@@ -82,7 +83,7 @@ def is_worked_example(count: int, box: np.ndarray) -> bool:
     return count == N and bool(np.allclose(size, shape, rtol=1e-5, atol=0.0))
 
 
-def cases_of(boxes: np.ndarray, box: np.ndarray) -> list[Case]:
+def cases_of(boxes: np.ndarray, box: np.ndarray, progress: Progress = SILENT) -> list[Case]:
     """Return the six cases for the triangles of the example, or for others.
 
     Of others, the planes lie at the same shares of their box, across its longest side, and X across
@@ -94,6 +95,11 @@ def cases_of(boxes: np.ndarray, box: np.ndarray) -> list[Case]:
         Boxes of the triangles.
     box : (6,) float64
         V.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
     count = len(boxes)
     first, second = PLANES["III"][0], PLANES["X"][0]
@@ -107,7 +113,7 @@ def cases_of(boxes: np.ndarray, box: np.ndarray) -> list[Case]:
         axis = first if name != "X" else second
         extent = box[3 + axis] - box[axis]
         position = box[axis] + position / BOX[3 + of_example] * extent
-        return evaluate_plane(sort_along(among, axis), inside, position, T_TRA, T_TRI)
+        return evaluate_plane(sort_along(among, axis, progress), inside, position, T_TRA, T_TRI)
 
     found = [Case("V", box, (), T_TRI * count, f"{T_TRI:g} × {count}")]
     for name in ("I", "II", "III"):
