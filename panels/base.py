@@ -44,7 +44,16 @@ def draw_settings(layout: bpy.types.UILayout, group: Any, settings_type: type) -
     column = layout.column()
     for field in dataclasses.fields(settings_type):
         if has_effect(field, group):
-            column.prop(group, field.name)
+            column.prop(group, field.name, text=label_beside(field, getattr(group, field.name)))
+
+
+def label_beside(field: dataclasses.Field, value: Any) -> str:
+    """Return the label of a setting; a value that leaves it open is said in a word behind it."""
+    label, unset = field.metadata["label"], field.metadata["unset"]
+    if not unset:
+        return label
+    is_open = (tuple(value) if isinstance(field.default, tuple) else value) == field.default
+    return f"{label} ({unset.capitalize()})" if is_open else label
 
 
 def draw_range(layout: bpy.types.UILayout, group: Any, name: str, text: str | None = None) -> None:

@@ -12,7 +12,7 @@ from ..addon.results import film, lesson_view
 from ..addon.settings import ranges
 from ..addon.to_blender import lesson_scene
 from ..core.settings import has_effect
-from .base import SidebarPanel, draw_explained, draw_job, draw_range, draw_wrapped
+from .base import SidebarPanel, draw_explained, draw_job, draw_range, draw_wrapped, label_beside
 
 
 class VIEW3D_PT_accelscope_lessons(SidebarPanel, bpy.types.Panel):
@@ -116,7 +116,9 @@ class VIEW3D_PT_accelscope_lessons(SidebarPanel, bpy.types.Panel):
             if ranges.share_of(each.name) in group.bl_rna.properties:
                 draw_range(layout, group, each.name)
             else:
-                layout.prop(group, each.name, slider=each.metadata["maximum"] is not None)
+                text = label_beside(each, getattr(group, each.name))
+                is_share = each.metadata["maximum"] is not None
+                layout.prop(group, each.name, text=text, slider=is_share)
             if each.name == lesson.film:
                 row = layout.row(align=True)
                 row.operator("accelscope.step_film", text="", icon="TRIA_LEFT").by = -1

@@ -345,6 +345,7 @@ def _after_undo(*_: Any) -> None:
     scene = owner_scene()
     if scene is None or chosen(scene) != current.lesson:
         current.clear()
+        current.rearrange()
     else:
         current.follow(scene)
 

@@ -156,6 +156,20 @@ def test_settings_of_structures_and_rays(bpy: Any, root: Any, draw: Any) -> None
     assert count > 50
 
 
+def test_a_value_that_leaves_a_setting_open_is_a_word(root: Any) -> None:
+    from accelscope.core.structures import structure_named
+    from accelscope.panels.base import label_beside
+
+    for structure, name, given in (("octree", "max_depth", 4), ("grid", "resolution", (4, 4, 4))):
+        group = getattr(root.structures, structure)
+        settings = structure_named(structure).Settings
+        (field,) = (each for each in dataclasses.fields(settings) if each.name == name)
+        label = field.metadata["label"]
+        assert label_beside(field, getattr(group, name)) == f"{label} (Auto)"
+        setattr(group, name, given)
+        assert label_beside(field, getattr(group, name)) == label
+
+
 def test_only_what_can_follow_is_refitted(bpy: Any, root: Any, draw: Any) -> None:
     from accelscope.core.contract.protocols import Refittable
     from accelscope.core.structures import structures

@@ -148,9 +148,47 @@ def go_through_all() -> Steps:
 
 
 @session.step
+def read_the_source() -> Steps:
+    """The technique's file stands in a text editor of its own window."""
+    yield from session.press("accelscope.read_source(")
+    yield lambda: len(bpy.context.window_manager.windows) == 2
+    yield 1.0
+    opened = bpy.context.window_manager.windows[1]
+    (editor,) = (area for area in opened.screen.areas if area.type == "TEXT_EDITOR")
+    text = editor.spaces.active.text
+    assert text.name.startswith("core/")
+    assert text.as_string().startswith('"""')
+    station("source")
+    with bpy.context.temp_override(window=opened):
+        bpy.ops.wm.window_close()
+    yield lambda: len(bpy.context.window_manager.windows) == 1
+
+
+@session.step
+def undo() -> Steps:
+    """Undo goes back to before the lesson was taught, and to the viewport as it was."""
+    yield from session.press("accelscope.end_lesson(", across=END)
+    yield lambda: bpy.context.window.scene.name == "Scene"
+    space = session.area().spaces[0]
+    assert space.overlay.show_floor
+    settings().teaching.lesson = names()[0]
+    yield from session.press("accelscope.teach(")
+    yield lambda: shown(names()[0])
+    assert not space.overlay.show_floor
+    over_viewport()
+    session.key("ctrl+z")
+    yield lambda: bpy.context.window.scene.name == "Scene"
+    assert view().lesson is None
+    assert space.overlay.show_floor
+    station("undone")
+    settings().teaching.lesson = names()[0]
+    yield from session.press("accelscope.teach(")
+    yield lambda: shown(names()[0])
+
+
+@session.step
 def go_back() -> Steps:
     """End Lesson goes back to the user's scene, and leaves nothing behind."""
-    session.move(*(session.region("UI").x + 100, session.region("UI").y + 300))
     yield from session.press("accelscope.end_lesson(", across=END)
     yield lambda: bpy.context.window.scene.name == "Scene"
     assert [scene.name for scene in bpy.data.scenes] == ["Scene"]
