@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..addon import jobs
-from ..addon.results import film, lesson_view
+from ..addon.results import film, lesson_view, session
 from ..addon.to_blender import lesson_scene
 
 
@@ -37,6 +37,8 @@ def end(context: bpy.types.Context) -> bpy.types.Scene:
     film.stop()
     film.free_timeline(owner)
     view.clear()
+    session.current.lesson_look = None
+    session.current.watch()
     home = lesson_scene.close_scene(owner) if lesson_scene.is_ours(owner) else owner
     home.accelscope.teaching.lesson = name
     view.rearrange()

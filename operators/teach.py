@@ -80,7 +80,11 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
             scope = extraction.SELECTED if has_selected else extraction.VISIBLE
             taken = session.current.take(context, scope, root.instances)
 
-        def work(progress: Progress) -> tuple[Ready, Any, str]:
+        look = taken.look if taken is not None else None
+        if given and session.current.snapshot is not None:
+            look = session.current.snapshot.look
+
+        def work(progress: Progress) -> tuple[Ready, Any, str, Any]:
             items, label = None, ""
             progress.report(0, 1, "Preparing the lesson")
             if given:
@@ -97,12 +101,13 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
                 if is_own and lesson.takes_frames:
                     subject = dataclasses.replace(subject, history=history)
                 play = lesson.play(subject, settings, progress)
-            return Ready(lesson, subject, play, settings), items, label
+            return Ready(lesson, subject, play, settings), items, label, look
 
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        ready, items, label = result
+        ready, items, label, session.current.lesson_look = result
+        session.current.watch()
         view, before = lesson_view.current, context.scene
         if label:
             owner = lesson_scene.open_scene(context.window, ready.subject.scene, label, items)

@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 
 from ..addon import jobs
-from ..addon.results import film, lesson_view
+from ..addon.results import film, lesson_view, session
 from ..addon.settings import ranges
 from ..addon.to_blender import lesson_scene
 from ..core.settings import has_effect
@@ -68,6 +68,9 @@ class VIEW3D_PT_accelscope_lessons(SidebarPanel, bpy.types.Panel):
         lesson, picture = view.lesson, view.picture
         assert lesson is not None
         self.draw_knobs(layout, lesson_view.group_of(context.scene, lesson), lesson)
+        if change := session.current.lesson_change(context):
+            draw_wrapped(layout, f"Out of date: {change}", "ERROR", width)
+            layout.operator("accelscope.use_my_mesh", text="Use It as It Is Now")
         if view.fault:
             draw_wrapped(layout, view.fault, "CANCEL", width)
         if picture is not None:
@@ -93,7 +96,8 @@ class VIEW3D_PT_accelscope_lessons(SidebarPanel, bpy.types.Panel):
         row = layout.row(align=True)
         row.use_property_split = False
         row.prop(teaching, "large_text", toggle=True)
-        row.prop(teaching, "hide_cells", toggle=True)
+        if session.current.built is not None:
+            row.prop(teaching, "hide_cells", toggle=True)
 
     def draw_ray(self, layout: bpy.types.UILayout, lesson: Any, teaching: Any) -> None:
         """Draw what chooses a ray."""

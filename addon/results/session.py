@@ -72,6 +72,8 @@ class Session:
         The records of the last comparison over the timeline.
     history : list of Moment
         The same for the lesson of refitting.
+    lesson_look : Look
+        How the meshes looked that the lesson on the user's scene is about.
     other_view : str
         Which of the structure's needs beside triangles had changed, when that was last compared.
     """
@@ -88,6 +90,7 @@ class Session:
     timeline: list[dict[str, Any]] = field(default_factory=list)
     history: Sequence[Moment] = ()
     other_view: str = ""
+    lesson_look: Look | None = None
 
     # Storing results.
 
@@ -111,6 +114,8 @@ class Session:
     def watch(self, *looks: Look) -> None:
         """Keep an eye on what is looked at by work under way, too; it may come to nothing."""
         own = [self.snapshot.look] if self.snapshot else []
+        if self.lesson_look is not None and self.lesson_look not in own:
+            own.append(self.lesson_look)
         watching.watched[:] = [*own, *looks]
 
     def given_for(self, lesson: Lesson, context: bpy.types.Context) -> list[Structure]:
@@ -321,6 +326,16 @@ class Session:
             or self.other_view
             or self._other_settings(context)
         )
+
+    def lesson_change(self, context: bpy.types.Context) -> str:
+        """Return what has changed of the meshes that the lesson is about, as far as is known."""
+        look = self.lesson_look
+        if look is None or look.owner != context.scene.session_uid:
+            return ""
+        if not look.is_settled_for(context.view_layer):
+            watching.compare_soon()
+            return ""
+        return look.change_in(context.view_layer)
 
     def notes(self) -> tuple[str, ...]:
         """Return what the file has and the scene that was built over has not, in sentences."""

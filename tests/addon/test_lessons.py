@@ -237,6 +237,23 @@ def test_what_was_built_is_what_the_lesson_is_about_if_it_suits(
     assert view.subject.scene.lower[0] > 1.0
 
 
+def test_a_lesson_says_when_the_mesh_is_another(
+    bpy: Any, root: Any, view: Any, current: Any
+) -> None:
+    bpy.ops.mesh.primitive_monkey_add()
+    root.teaching.lesson = "levels"
+    bpy.ops.accelscope.use_my_mesh()
+    assert current.lesson_change(bpy.context) == ""
+    bpy.context.object.location.x = 3.0
+    look = current.lesson_look
+    look.compare(bpy.context.evaluated_depsgraph_get())
+    assert current.lesson_change(bpy.context) == "Suzanne has moved"
+    bpy.ops.accelscope.use_my_mesh()
+    assert current.lesson_change(bpy.context) == ""
+    bpy.ops.accelscope.end_lesson()
+    assert current.lesson_look is None
+
+
 def test_without_a_mesh_there_is_one_line(bpy: Any, view: Any) -> None:
     from accelscope.addon import jobs
     from accelscope.addon.results import lesson_view
