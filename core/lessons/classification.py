@@ -56,13 +56,13 @@ WAYS = {
 }
 """Name in the chart, structure, and what is done about the cost."""
 
-SLIDES_OF = {
-    "naive": "Ray-scene intersection",
-    "volume": "Bounding volume",
-    "sorted": "An efficient algorithm",
-    "hierarchy": "Bounding Volume Hierarchy (BVH)",
-    "space": "Uniform subdivision (grid)",
-    "adaptive": "KD-tree (static variant)",
+LESSON_OF = {
+    "naive": "naive_cost",
+    "volume": "bounding_volume",
+    "sorted": "sorted_volumes",
+    "hierarchy": "levels",
+    "space": "uniform_subdivision",
+    "adaptive": "kdtree_static",
 }
 """Where to go on."""
 
@@ -149,11 +149,11 @@ class Ways(Play):
         rows = [
             Row(
                 label[0].upper() + label[1:], f"{shown(self.tests[way])} tests",
-                f"{text}; {shown(self.volumes[way])} tests of volumes: see {SLIDES_OF[way]}",
+                f"{text}; {shown(self.volumes[way])} tests of volumes. Go on to {LESSON_OF[way]}",
             )
             for way, (label, _, text) in WAYS.items()
         ]  # fmt: skip
-        rows += [Row(label, f"see {slide}", text) for label, slide, text in OTHER_WAYS]
+        rows += [Row(label, f"slide {slide}", text) for label, slide, text in OTHER_WAYS]
         return picture_of(parts, caption, marks=marks, rows=rows)
 
     def line(self) -> Any:

@@ -102,10 +102,10 @@ def growth_of(scene: Scene, counts: Sequence[int], progress: Progress) -> Growth
         progress.report(done, len(counts), "Tracing parts of the scene")
         part = part_of(scene, order[:count])
         again = min(len(scene) // count, AGAIN)
-        naive, seconds = timed(Naive.build(part, Naive.Settings()), rays, again, progress)
+        naive, own_time = timed(Naive.build(part, Naive.Settings()), rays, again, progress)
         trees.append(BVH.build(part, BVH.Settings(), progress))
-        bvh, faster = timed(trees[-1], rays, AGAIN, progress)
-        found.append((naive["N_IT"], bvh["N_TS"], bvh["N_IT"], seconds, faster))
+        bvh, bvh_time = timed(trees[-1], rays, AGAIN, progress)
+        found.append((naive["N_IT"], bvh["N_TS"], bvh["N_IT"], own_time, bvh_time))
     tests_naive, steps, tests, seconds, faster = (
         np.array(column) for column in zip(*found, strict=True)
     )

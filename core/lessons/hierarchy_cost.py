@@ -42,7 +42,7 @@ class Settings:
     """The knob of the lesson."""
 
     doubling: int = setting(
-        99, "Doubling", "How often the part has been doubled", unit="times", minimum=0
+        11, "Doubling", "How often the part has been doubled", unit="times", minimum=0
     )
 
 

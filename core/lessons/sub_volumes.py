@@ -166,7 +166,7 @@ class SubVolumes(Play):
                 f"C_{i}: {expected[i]:.3f}",
                 colours[i][:3],
             )
-            for i in sorted(range(len(colours)), key=lambda i: i != part)
+            for i in np.argsort(-expected, kind="stable")
         ]
         marks += chart.named(f"{n} lines through C", f"share, and {symbol}")
         within = abs(p[part] - expected[part]) / error if error > 0.0 else 0.0

@@ -12,6 +12,7 @@ miss. B and I are measured on this machine where they are not set.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,11 +29,11 @@ from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from .around import edges_of, volume_around
 from .drawing import BLUE, GREEN, GREY, ORANGE, RED, Chart, coloured, picture_of
-from .lesson import Lesson, Play, Subject
+from .lesson import FILM, Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 from .solid_efficiency import COUNTED, coloured_lines
 
-DRAWN = 120
+DRAWN = 80
 """Lines that are drawn."""
 
 
@@ -127,6 +128,11 @@ class Efficiency(Play):
     def on_page(self, lesson: Lesson, settings: Settings) -> list[Any]:
         """Return the measured times, and two volumes that are too dear."""
         return [settings, *(settings_with(settings, share * self.I) for share in (0.3, 0.9))]
+
+    def film(self, lesson: Lesson) -> Sequence[float]:
+        """Return B from what was measured up to a volume that is dearer than the object."""
+        last = min(1.1 * self.I, 1e4)
+        return [self.B + (last - self.B) * i / (FILM - 1) for i in range(FILM)]
 
 
 def settings_with(settings: Settings, B: float) -> Settings:

@@ -2,14 +2,20 @@
 
 import numpy as np
 import pytest
-from accelscope.core.lessons.classification import OTHER_WAYS, SLIDES_OF, WAYS
+from accelscope.core.lessons import lesson_named
+from accelscope.core.lessons.classification import LESSON_OF, OTHER_WAYS, WAYS
 from accelscope.core.lessons.slides import SLIDES
 from accelscope.core.sah.line_sample import Ball, random_lines_through
 
 
-def test_the_way_on_is_a_slide():
-    assert set(SLIDES_OF) == set(WAYS)
-    for slide in (*SLIDES_OF.values(), *(slide for _, slide, _ in OTHER_WAYS)):
+def test_the_way_on_is_a_lesson_or_a_slide(play_lesson):
+    assert set(LESSON_OF) == set(WAYS)
+    rows = play_lesson("classification").picture().rows
+    for way, row in zip(WAYS, rows, strict=False):
+        lesson = lesson_named(LESSON_OF[way])
+        assert lesson.place > lesson_named("classification").place or way == "naive"
+        assert row.meaning.endswith(f"Go on to {lesson.name}")
+    for _, slide, _ in OTHER_WAYS:
         assert slide in SLIDES
 
 

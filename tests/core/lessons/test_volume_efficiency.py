@@ -43,5 +43,13 @@ def test_other_items_are_refused_with_a_way_out(lab, play_lesson):
         play_lesson("volume_efficiency", lab.small_scene("balls"))
 
 
+def test_a_film_begins_with_what_was_measured_and_ends_beyond_the_break_even(play_lesson):
+    played = play_lesson("volume_efficiency")
+    values = list(played.play.film(played.lesson))
+    assert values[0] == played.play.B
+    assert values == sorted(values)
+    assert "it does not pay" in marks_of(played.picture(B=values[-1]))
+
+
 def marks_of(picture):
     return [mark.text for mark in picture.marks]
