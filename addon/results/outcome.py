@@ -15,7 +15,7 @@ from ..from_blender.view import View
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ...core.evaluation.records.experiment import Built, Traced
-    from ...core.lessons.refit import Moment
+    from ...core.lessons.moment import Moment
     from ...core.scene import Scene
 
 

@@ -37,8 +37,8 @@ if TYPE_CHECKING:  # importing them for real would import Numba, and make Blende
     from ...core.contract.structure import Structure
     from ...core.evaluation.records.experiment import Built, Traced
     from ...core.lessons.lesson import Lesson
+    from ...core.lessons.moment import Moment
     from ...core.lessons.ray_path import Walk
-    from ...core.lessons.refit import Moment
 
 
 class Status(NamedTuple):

@@ -19,12 +19,13 @@ from .exhibit import Exhibit
 from .kdop import kdop_levels
 from .lesson import Lesson
 from .levels import levels
+from .moment import Moment
 from .morton_intervals import morton_curve
 from .parallel_sah import parallel_exhibits
 from .ploc import ploc_exhibits
 from .radix_sort import radix_exhibits
 from .rearranging import rearranging_exhibits
-from .refit import Moment, refit_over_timeline
+from .refit import refit_over_timeline
 from .sah_decision import split_planes
 from .sbvh import spatial_splits
 from .solid_efficiency import volume_efficiency

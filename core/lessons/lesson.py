@@ -14,7 +14,7 @@ import abc
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..contract.structure import Structure
 from ..errors import InputError
@@ -23,11 +23,9 @@ from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import key_of, parse, parse_spec, setting
 from ..structures import structure_named
+from .moment import Moment
 from .picture import Picture
 from .slides import SLIDES
-
-if TYPE_CHECKING:
-    from .refit import Moment
 
 PAGE = 4
 """Pictures of a lesson that names none: first, last, and even steps between."""

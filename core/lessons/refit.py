@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +40,7 @@ from .drawing import (
 )
 from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
+from .moment import Moment, Upper
 from .picture import Mark, Picture, Row
 
 LEVELS = 5
@@ -73,36 +74,6 @@ class Settings:
         "How the mesh is deformed, where it is given no animation",
         choices=DEFORMATIONS,
     )
-
-
-class Upper(NamedTuple):
-    """The upper LEVELS of a tree: boxes (k, 6) float64 and the depth of each, (k,) int."""
-
-    boxes: np.ndarray
-    depths: np.ndarray
-
-
-class Moment(NamedTuple):
-    """One frame of an animation.
-
-    Attributes
-    ----------
-    frame : int
-        Its number on the timeline.
-    refit, rebuild : float
-        SAH cost of the first frame's tree, refitted, and of a tree for this frame.
-    refitted, rebuilt : Upper
-        Of both.
-    lines : (k, 2, 3) float64
-        Outlines of some of the items.
-    """
-
-    frame: int
-    refit: float
-    rebuild: float
-    refitted: Upper
-    rebuilt: Upper
-    lines: np.ndarray
 
 
 def moment_of(frame: int, refitted: Any, rebuilt: Any, refit: float, rebuild: float) -> Moment:

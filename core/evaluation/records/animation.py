@@ -18,7 +18,8 @@ from ...contract.protocols import Refittable
 from ...contract.structure import Structure
 from ...errors import InputError
 from ...kernels import announcing
-from ...lessons.refit import Moment, moment_of
+from ...lessons.moment import Moment
+from ...lessons.refit import moment_of
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ..rays.workloads import Workload
