@@ -46,6 +46,9 @@ AXIS_COLOURS: tuple[Colour, ...] = (BLUE, GREEN, ORANGE)
 MOST_NUMBERED = 12
 """Cells with their numbers beside them."""
 
+LEAST_ROOM = 0.05
+"""Length of the ray in a cell that has room for a number, in sizes of the scene."""
+
 BEST = 12
 """Cells that make a telling ray."""
 
@@ -160,8 +163,9 @@ class CellByCell(Traversal):
             parts.append(self.dots(met[met <= self.t_exit[cell]], AXIS_COLOURS[axis]))
         marks = []
         for each in range(max(cell + 1 - MOST_NUMBERED, 0), cell + 1):
-            leave = min(self.t_exit[each], self.last)
-            marks.append(Mark(self.at(0.5 * (self.t[each] + leave)), str(each)))
+            piece = self.at(np.array([self.t[each], min(self.t_exit[each], self.last)]))
+            if np.linalg.norm(piece[1] - piece[0]) > LEAST_ROOM * self.size or each == cell:
+                marks.append(Mark(piece.mean(axis=0), str(each)))
         is_last = cell == self.last_cell
         way = (
             f"it ends: {self.end_text()}" if is_last else f"left across {AXES[self.axis_of(cell)]}"

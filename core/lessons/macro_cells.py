@@ -4,7 +4,7 @@ As on the slide "Macro-cells (Miloš Šrámek)": an empty cell knows how far the
 cells, and the whole box of that reach around it is empty and passed at once
 (:mod:`..structures.macro_grid`). Beside the model stand the plain grid, cell by cell, and the same
 grid with macro-cells. Orange are cells with objects, blue empty ones, red the region that is being
-passed, yellow those that were passed before; numbers are distances in cells.
+passed, yellow those that were passed before; numbers are distances in cells, from 2 on.
 """
 
 from __future__ import annotations
@@ -115,7 +115,8 @@ class MacroCells(Play):
             t = float(steps.t_enter[self.walked.visits[each]])
             place = self.walked.at(t) + self.shifts[1]
             distance = int(self.distances[each])
-            marks.append(Mark(place, "far" if distance == FARTHEST else str(distance)))
+            if distance > 1:
+                marks.append(Mark(place, "far" if distance == FARTHEST else str(distance)))
         counts, plain = self.walked.counts, self.plain.counts
         rows = (
             Row("Steps, Cell by Cell", str(plain["N_TS"]), "N_TS of the plain grid"),
@@ -176,7 +177,7 @@ class MacroCells(Play):
 
 def passes_much(counted_in: Sequence[Counted], hits: np.ndarray) -> np.ndarray:
     """Prefer rays through many empty cells, and those that hit."""
-    return counted_in[0]["N_EETS"] + 12 * hits + 0.1 * counted_in[0]["N_TS"]
+    return counted_in[0]["N_EETS"] + 20 * hits + 0.1 * counted_in[0]["N_TS"]
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:

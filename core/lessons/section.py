@@ -36,7 +36,7 @@ ROW_GAP = 1.6
 FEW_ITEMS = 100
 """Items up to which whole outlines stand for the object, as on slides; else its contour."""
 
-MOST_SIDES = 8000
+MOST_SIDES = 10_000
 """Sides of cells that are drawn in all sections of a picture, of the largest cells: more of them
 are a grey mass."""
 
