@@ -17,7 +17,7 @@ from ..structures.bvh.hierarchy import BVH
 from .efficiency import nodes_not_paying, overlapping_siblings
 from .exhibit import Exhibit
 from .kdop import kdop_levels
-from .lesson import Lesson
+from .lesson import Lesson, any_structure
 from .levels import levels
 from .moment import Moment
 from .morton_intervals import morton_curve
@@ -56,6 +56,17 @@ def lesson_named(name: str) -> Lesson:
         meant = f"; perhaps {alike} is meant" if alike else ""
         said = f"there is no lesson '{name}'{meant}; accelscope lessons lists them"
         raise InputError(said) from None
+
+
+def lessons_about(structure: Structure) -> list[Lesson]:
+    """Return the lessons that are about structures of one kind, of which this one is."""
+    return [
+        lesson
+        for lesson in lessons().values()
+        if len(lesson.structures) == 1
+        and lesson.suits is not any_structure
+        and not lesson.suits(structure)
+    ]
 
 
 OF_TREE = (

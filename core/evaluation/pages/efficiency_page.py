@@ -12,7 +12,7 @@ from ...scene import Scene
 from ...structures.bvh import BVH
 from ..records.efficiency import COLUMNS
 from ..records.report import Record, failure, write_text
-from .exhibit_pictures import REDUCTION
+from .lesson_page import REDUCTION
 from .page import columns_table, figure_tags, page_of
 from .picture_cameras import camera_around, picture_camera
 from .png import write_png

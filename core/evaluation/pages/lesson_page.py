@@ -80,6 +80,18 @@ def pictures_along(
     return found
 
 
+def pictures_that_tell(played: Played, progress: Progress = SILENT) -> list[Picture]:
+    """Return the pictures that a page shows.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    positions = played.play.on_page(played.lesson, played.settings)
+    return pictures_along(played, positions, progress)
+
+
 def turns(played: Played, most: int = MOST_TURNS) -> list[Any]:
     """Return the positions of the knob that a film goes through; some evenly if they are many."""
     lesson, values = played.lesson, played.play.film(played.lesson)
@@ -97,8 +109,7 @@ def write_pictures(folder: Path, played: Played, progress: Progress = SILENT) ->
     InputError
         If the place cannot be written to.
     """
-    positions = played.play.on_page(played.lesson, played.settings)
-    pictures = pictures_along(played, positions, progress)
+    pictures = pictures_that_tell(played, progress)
     return write_files(folder, played, pictures, LessonPainter(played.subject.scene, pictures))
 
 
@@ -235,8 +246,7 @@ class Handout:
             If the place cannot be written to.
         """
         lesson = played.lesson
-        positions = played.play.on_page(lesson, played.settings)
-        pictures = pictures_along(played, positions, progress)
+        pictures = pictures_that_tell(played, progress)
         painter = LessonPainter(played.subject.scene, pictures)
         names = write_files(self.folder, played, pictures, painter)
         figures = [(name, picture.caption) for name, picture in zip(names, pictures, strict=True)]

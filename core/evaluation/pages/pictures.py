@@ -16,16 +16,18 @@ from ...contract.outlines import faces_of, triangles_of, wires_of
 from ...contract.protocols import Linked
 from ...contract.structure import Structure
 from ...contract.within import cells_with_instances
+from ...errors import InputError, reason_of
 from ...geometry.box_shape import surface_area
 from ...geometry.rays import Rays
 from ...geometry.triangles import Triangles
-from ...lessons import exhibits_left_out, exhibits_of
+from ...lessons import lessons_about
 from ...lessons.ray_path import ON_LIGHT, Walk, legend, links_of, segments_of
 from ...printing import in_html, show_integer
 from ...settings import to_text
 from ..records.experiment import Built
 from ..records.report import figures, write_text
-from .exhibit_pictures import ExhibitPainter
+from .lesson_page import REDUCTION, pictures_that_tell, play
+from .lesson_pictures import LessonPainter
 from .page import figure_tags, page_of, rows_table
 from .png import write_png
 from .view import View
@@ -67,7 +69,6 @@ class Gallery:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._views: dict[str, View] = {}
-        self._painters: dict[str, ExhibitPainter] = {}
         self._rows: list[str] = []
         self._names: set[str] = set()
 
@@ -83,7 +84,7 @@ class Gallery:
     def add(
         self, built: Built, records: list[dict[str, Any]], batches: Sequence[Rays] = ()
     ) -> None:
-        """Draw a structure: its upper levels, its leaves, its building, a ray's walk, exhibits.
+        """Draw a structure: its upper levels, its leaves, its building, a ray's walk, lessons.
 
         Of several batches of rays that were traced, one that is a single ray is the ray to show;
         without any, one is chosen.
@@ -117,26 +118,29 @@ class Gallery:
             file = f"{stem}-{kind}.png"
             write_png(self.folder / file, image)
             shown.append((file, caption))
-        exhibits = "".join(self._exhibits(structure, stem))
-        self._rows.append(section(built, records, shown, exhibits))
+        told = "".join(self._lessons(structure, stem))
+        self._rows.append(section(built, records, shown, told))
 
-    def _exhibits(self, structure: Structure, stem: str) -> Iterator[str]:
-        """Draw the exhibits of a structure; return their part of the page."""
-        exhibits, scene = exhibits_of(structure), structure.scene
-        if exhibits and scene.source not in self._painters:
-            self._painters = {scene.source: ExhibitPainter(scene)}
-        for exhibit in exhibits:
-            frames = []
-            for picture in self._painters[scene.source].pictures_of(exhibit):
-                file = f"{stem}-{exhibit.name}-{picture.number}.png"
-                write_png(self.folder / file, picture.image)
-                frames.append((file, picture.caption))
+    def _lessons(self, structure: Structure, stem: str) -> Iterator[str]:
+        """Draw the lessons about such structures, over this one; return their part of the page."""
+        for lesson in lessons_about(structure):
+            try:
+                subject = lesson.subject(structure.scene, given=[structure])
+                played = play(lesson, subject, lesson.Settings())
+                pictures = pictures_that_tell(played)
+            except InputError as error:
+                yield f"<h3>{in_html(lesson.label)}</h3><p>{in_html(reason_of(error))}</p>"
+                continue
+            painter = LessonPainter(structure.scene, pictures, REDUCTION)
+            shown = []
+            for number, picture in enumerate(pictures):
+                file = f"{stem}-{lesson.name}-{number}.png"
+                write_png(self.folder / file, painter.paint(picture))
+                shown.append((file, picture.caption))
             yield (
-                f"<h3>{in_html(exhibit.label)}</h3><p>{in_html(exhibit.description)}</p>"
-                f'<div class="row frames">{figure_tags(frames)}</div>'
+                f"<h3>{in_html(lesson.label)}</h3><p>{in_html(lesson.begin)}.</p>"
+                f'<div class="row frames">{figure_tags(shown)}</div>'
             )
-        if left_out := exhibits_left_out(structure):
-            yield f"<p>{in_html(left_out)}.</p>"
 
     def _free_name(self, wanted: str) -> str:
         """Return a file name that no earlier picture has taken."""
@@ -365,7 +369,7 @@ RAY_SECTIONS = ("Rays", "Per ray")
 
 
 def section(
-    built: Built, records: list[dict[str, Any]], pictures: list[tuple[str, str]], exhibits: str
+    built: Built, records: list[dict[str, Any]], pictures: list[tuple[str, str]], lessons: str
 ) -> str:
     """Return the part of the page about one structure over one scene."""
     structure = built.structure
@@ -378,7 +382,7 @@ def section(
     return (
         f"<section>{heading(structure.scene.name, structure.label, structure.settings)}"
         f'<div class="row">{figure_tags(pictures)}<div class="tables">{"".join(tables)}</div>'
-        f"</div>{exhibits}</section>"
+        f"</div>{lessons}</section>"
     )
 
 
