@@ -46,6 +46,9 @@ AXIS_COLOURS: tuple[Colour, ...] = (BLUE, GREEN, ORANGE)
 MOST_NUMBERED = 12
 """Cells with their numbers beside them."""
 
+MOST_WALLS = 40
+"""Cells along an axis of a grid that is shown."""
+
 LEAST_ROOM = 0.05
 """Length of the ray in a cell that has room for a number, in sizes of the scene."""
 
@@ -183,9 +186,11 @@ class CellByCell(Traversal):
 
 def steps_from_cell_to_cell(structure: Any) -> str:
     """Accept uniform grids, see :attr:`.lesson.Lesson.suits`."""
-    if isinstance(structure, Grid) and not isinstance(structure, Skipping):
-        return ""
-    return f"{structure.label} is no uniform grid that is walked cell by cell"
+    if not isinstance(structure, Grid) or isinstance(structure, Skipping):
+        return f"{structure.label} is no uniform grid that is walked cell by cell"
+    if structure.arrays.resolution.max() > MOST_WALLS:
+        return f"it has more than {MOST_WALLS} cells along an axis, which nobody can tell apart"
+    return ""
 
 
 def enters_some(counted_in: Sequence[Counted], hits: np.ndarray) -> np.ndarray:

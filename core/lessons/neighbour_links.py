@@ -192,7 +192,11 @@ class NeighbourLinks(Play):
             boxes = self.cells.boxes[self.cells.is_leaf]
             below = ((boxes[:, :3] >= there[:3]) & (boxes[:, 3:] <= there[3:])).all(axis=1)
             below &= boxes[:, (face + 3) % 6] == there[(face + 3) % 6]
-            corners = lens.enlarged(corners_of(boxes[below][:MOST_BELOW]), face)
+            boxes = boxes[below][:MOST_BELOW]
+            boxes[:, :3] = np.maximum(boxes[:, :3], near[:3])
+            boxes[:, 3:] = np.minimum(boxes[:, 3:], near[3:])
+            boxes = boxes[(boxes[:, :3] < boxes[:, 3:]).all(axis=1)]
+            corners = lens.enlarged(corners_of(boxes), face)
             parts.append(coloured(corners[:, EDGES].reshape(-1, 2, 3), (*YELLOW[:3], 0.4)))
         return parts
 

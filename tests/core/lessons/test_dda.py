@@ -134,4 +134,7 @@ def test_what_is_walked_otherwise_is_refused(lab):
         played("dda_step", subject, past)
     macro = build(subject.scene, "macro_grid:resolution=4x4x4")
     assert lesson_named("dda_step").suits(macro)
-    assert not lesson_named("dda_step").suits(build(subject.scene, "grid:lazy=true"))
+    lazy = build(subject.scene, "grid:resolution=40x4x4,lazy=true")
+    assert not lesson_named("dda_step").suits(lazy)
+    fine = build(subject.scene, "grid:resolution=4x41x4")
+    assert "more than 40 cells" in lesson_named("dda_step").suits(fine)
