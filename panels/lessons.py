@@ -111,6 +111,7 @@ class VIEW3D_PT_accelscope_lessons(SidebarPanel, bpy.types.Panel):
             row.prop(teaching, "aim", toggle=True, icon="EMPTY_ARROWS")
         if view.has_pixels():
             row.operator("accelscope.step_this_ray", icon="TRACKING_FORWARDS")
+            layout.operator("accelscope.use_this_view", icon="VIEW_CAMERA_UNSELECTED")
 
     def draw_knobs(self, layout: bpy.types.UILayout, group: Any, lesson: Any) -> None:
         """Draw the knobs that have an effect; behind that of the film, what steps and plays it."""

@@ -11,13 +11,11 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
+from ..from_blender.cameras import VIEW_SENSOR
 from .labels import Room
 
 if TYPE_CHECKING:  # importing it for real would import Numba at registration
     from ...core.evaluation.pages.picture_cameras import Slopes
-
-SENSOR = 36.0
-"""Tangent between the middle and the border of a viewport's larger side, times its lens."""
 
 FRONT_RIGHT_ABOVE = (0.55, -0.75, 0.42)
 """Where the eye stands in the pictures of pages, seen from the middle of the scene."""
@@ -69,7 +67,7 @@ def slopes_of(area: bpy.types.Area, lens: float, room: Room | None = None) -> Sl
 
     window, room = window_of(area), room or room_in(area)
     # In units of half a pixel.
-    unit = MARGIN * SENSOR / lens / max(window.width, window.height)
+    unit = MARGIN * VIEW_SENSOR / lens / max(window.width, window.height)
     left, right = unit * (window.width - 2 * room.left), unit * (2 * room.right - window.width)
     down, up = unit * (window.height - 2 * room.bottom), unit * (2 * room.top - window.height)
     return (left, right), (down, up)

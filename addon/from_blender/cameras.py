@@ -17,6 +17,12 @@ from ...core.scene import ORTHOGRAPHIC, PERSPECTIVE, Camera
 
 FITS = {"AUTO": "larger", "HORIZONTAL": "width", "VERTICAL": "height"}
 
+VIEW_SENSOR = 36.0
+"""Tangent between the middle and the border of a viewport's larger side, times its lens."""
+
+VIEW_FAR = 100.0
+"""How far before what an orthographic viewport looks at its rays start, in its own distances."""
+
 FLAT = 1e-6
 """Volume between the three axes, 1 if they are at right angles, below which they are no space."""
 
@@ -68,6 +74,30 @@ def camera_of(context: bpy.types.Context) -> Camera | None:
         right=right,
         name=own.name,
     )
+
+
+def camera_of_view(
+    context: bpy.types.Context, space: bpy.types.SpaceView3D, region: bpy.types.Region
+) -> Camera | None:
+    """Return a camera that sees what a viewport shows, from its lower to its upper border.
+
+    Through the scene's camera that is the camera itself; None if there is none.
+    """
+    view = space.region_3d
+    if view.view_perspective == "CAMERA":
+        return camera_of(context)
+    # Not by its matrices, which are those of what was drawn last.
+    _, up, back = np.array(view.view_rotation.to_matrix(), dtype=np.float64).T
+    position = np.array(view.view_location) + view.view_distance * back
+    # Half of the larger side is seen under that angle.
+    slope = VIEW_SENSOR / space.lens * region.height / max(region.width, region.height)
+    if view.view_perspective == "PERSP":
+        fov = _angle(2.0 * slope)
+        return Camera(position, position - view.view_distance * back, up, fov, fit="height")
+    height = 2.0 * slope * view.view_distance
+    # From before everything: what an orthographic viewport shows begins behind its eye.
+    return Camera(position + VIEW_FAR * view.view_distance * back, position, up, 0.0,
+                  kind=ORTHOGRAPHIC, scale=height, fit="height")  # fmt: skip
 
 
 def _without_rays(own: bpy.types.Object, kind: str) -> Camera:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:  # importing them for real would import the structures, and Nu
     from ...core.geometry.rays import Rays
     from ...core.lessons.lesson import Lesson, Play, Subject
     from ...core.lessons.picture import Picture
+    from ...core.scene import Camera
 
 TEACH, PLAY = "ACCELSCOPE_OT_teach", "ACCELSCOPE_OT_play_lesson"
 """Operators whose jobs are for a lesson."""
@@ -171,6 +172,14 @@ class LessonView:
         group = group_of(owner, self.lesson)
         if hasattr(group, "ray"):
             group.ray = 0
+        self.follow(owner)
+
+    def choose_camera(self, owner: bpy.types.Scene, camera: Camera) -> None:
+        """Have the lesson played with the rays of another camera."""
+        assert self.subject is not None
+        seen = dataclasses.replace(self.subject.scene, camera=camera)
+        self.subject = dataclasses.replace(self.subject, scene=seen)
+        self.played_with = None
         self.follow(owner)
 
     def hide_cells(self, owner: bpy.types.Scene) -> None:

@@ -87,3 +87,39 @@ def test_lessons_without_a_ray_have_none_to_pick(bpy: Any, taught: Any) -> None:
     assert not bpy.ops.accelscope.pick_ray.poll()
     with pytest.raises(RuntimeError):
         bpy.ops.accelscope.step_this_ray()
+
+
+@pytest.mark.parametrize("perspective", ["PERSP", "ORTHO"])
+def test_the_heat_map_is_seen_from_the_viewport(bpy: Any, taught: Any, perspective: str) -> None:
+    """Its rays are those of the view; tour_lessons.py asks Blender itself, in a window."""
+    from accelscope.addon.drawing.viewport import largest, window_of
+    from accelscope.core.scene.camera_rays import camera_rays
+    from mathutils import Quaternion, Vector
+
+    view = taught("heat_map", width=16)
+    area = largest(bpy.context.window)
+    region, space = window_of(area), area.spaces.active
+    seen = space.region_3d
+    seen.view_perspective = perspective
+    seen.view_rotation = Quaternion((0.7, 0.5, 0.2, -0.4)).normalized()
+    seen.view_location, seen.view_distance = (1.0, 2.0, 3.0), 8.0
+    with bpy.context.temp_override(area=area, region=region):
+        assert bpy.ops.accelscope.use_this_view() == {"FINISHED"}
+    assert view.fault == ""
+    assert len(view.play.rays) == 16 * 12
+    # Three by three: the middles of the rows are at the sixths of the height.
+    rays = camera_rays(view.subject.scene.camera, 3, 3)
+    upper = 36.0 / space.lens * region.height / max(region.width, region.height)
+    eye = seen.view_location + seen.view_rotation @ Vector((0.0, 0.0, 8.0))
+    for number, share in ((4, 0.0), (1, 2 / 3), (7, -2 / 3)):
+        # A point in the plane that the view turns about.
+        point = np.array(
+            seen.view_location + seen.view_rotation @ Vector((0, 8.0 * share * upper, 0))
+        )
+        way = rays.directions[number] / np.linalg.norm(rays.directions[number])
+        between = point - rays.origins[number]
+        np.testing.assert_allclose(np.cross(between / np.linalg.norm(between), way), 0.0, atol=1e-5)
+        if perspective == "PERSP":
+            np.testing.assert_allclose(rays.origins[number], eye, rtol=1e-5)
+        else:
+            np.testing.assert_allclose(np.cross(way, rays.directions[4]), 0.0, atol=1e-6)

@@ -13,7 +13,12 @@ from typing import Any
 
 import bpy
 import numpy as np
-from bpy_extras.view3d_utils import location_3d_to_region_2d
+from bpy_extras.view3d_utils import (
+    location_3d_to_region_2d,
+    region_2d_to_origin_3d,
+    region_2d_to_vector_3d,
+)
+from mathutils import Euler
 
 sys.path.insert(0, str(Path(__file__).parent))
 from guide import (
@@ -34,6 +39,9 @@ ONLY = sys.argv[sys.argv.index("--") + 2 :] if "--" in sys.argv else []
 
 NEXT = 0.86
 """Where the button of the next lesson is, as a share of the sidebar's width."""
+
+PICK = 0.25
+"""Where Pick Pixel is, left of Step This Ray."""
 
 END = 0.25
 """Where End Lesson is, left of Use My Mesh."""
@@ -145,6 +153,44 @@ def go_through_all() -> Steps:
         use_theme(light=False)
         yield 0.5
         station(f"{name}-last")
+
+
+@session.step
+def heat_map_of_the_view() -> Steps:
+    """The rays of the heat map are those of the viewport; a click into the map chooses a pixel."""
+    settings().teaching.lesson = "heat_map"
+    yield lambda: shown("heat_map")
+    area, region = session.area(), session.region()
+    seen = area.spaces[0].region_3d
+    seen.view_rotation = Euler((0.9, 0.0, -0.5)).to_quaternion()
+    over_viewport()
+    yield 0.5
+    before = view().play
+    yield from session.press("accelscope.use_this_view(")
+    yield lambda: running() is None and view().play is not before
+    rays, width, height = view().play.rays, view().play.width, view().play.height
+    for row in (0, height - 1):
+        number = row * width + width // 2
+        place = 0.5 * region.width, region.height * (1.0 - (row + 0.5) / height)
+        way = region_2d_to_vector_3d(region, seen, place)
+        found = rays.directions[number] / np.linalg.norm(rays.directions[number])
+        # Half a pixel beside the middle.
+        assert np.linalg.norm(np.array(way) - found) < 0.01, (way, found)
+        eye = region_2d_to_origin_3d(region, seen, place)
+        np.testing.assert_allclose(eye, rays.origins[number], atol=1e-3)
+    station("heat-map-of-the-view")
+    yield from session.press("accelscope.pick_ray(", across=PICK)
+    room = next(iter(part("addon.drawing.picture_overlay")._state.image_places.values()))
+    x, y = 0.75 * room.left + 0.25 * room.right, 0.5 * (room.bottom + room.top)
+    session.click(region.x + x, region.y + y)
+    knobs = settings().lessons.heat_map
+    yield lambda: abs(knobs.column - 0.25 * width) <= 2
+    yield 0.5
+    station("pixel")
+    yield from session.press("accelscope.step_this_ray(", across=0.7)
+    yield lambda: shown("ray")
+    yield 0.5
+    station("ray-of-the-pixel")
 
 
 @session.step
