@@ -161,7 +161,7 @@ class Sah(Play):
             (terms.left, BLUE, f"{terms.p_L:.2f} · {terms.N_L} = {terms.left:.2f}"),
             (terms.right, ORANGE, f"{terms.p_R:.2f} · {terms.N_R} = {terms.right:.2f}"),
         ]
-        parts: list[Lines | Faces] = [chart.axes()]
+        parts: list[Lines | Faces] = [chart.axes()] if shown else []
         marks, low, last = [], 0.0, -np.inf
 
         def bar(left: float, low: float, high: float, colour: Colour) -> None:
