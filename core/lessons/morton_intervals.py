@@ -26,7 +26,7 @@ from ..structures.bvh.builders.morton.codes import MortonSettings, sort_by_code
 from ..structures.bvh.builders.morton.hlbvh import boxes_around
 from ..structures.bvh.hierarchy import BVH
 from .drawing import Chart, Lines, chart_below, counted, picture_of
-from .exhibit import MOST_SEGMENTS, Exhibit, exhibit_of_play
+from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 
@@ -35,6 +35,9 @@ MOST_LEVELS = 8
 
 MOST_BRACKETS = 128
 """Brackets of one level."""
+
+MOST_PIECES = 5000
+"""Pieces of the curve that are drawn."""
 
 NUMBERED = 8
 """Intervals of the level up to which each has its ends written."""
@@ -103,7 +106,7 @@ class Intervals(Play):
         """Return the picture of a level."""
         count, upper = len(self.bvh.scene), self.levels[: settings.level + 1]
         level = upper[-1]
-        drawn = curve(self.found, level.middles[level.node], MOST_SEGMENTS * 3 // 4)
+        drawn = curve(self.found, level.middles[level.node], MOST_PIECES)
         chart = chart_below(self.bvh.scene, count, len(self.levels))
         boxes = Lines(box_segments(level.boxes), opaque(ramp(np.repeat(level.middles, 12))))
         lines, marks = brackets(chart, upper)
