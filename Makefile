@@ -108,6 +108,10 @@ extension: venv system-libraries ## Build the zips for Blender into build/extens
 	$(call say,Building the extension)
 	@$(BIN)/python .ci/build_extension.py
 
+.PHONY: lessons
+lessons: venv ## Write LESSONS.md: every slide, its lessons, and what their tests assert
+	@$(BIN)/python .ci/write_lessons.py
+
 .PHONY: format
 format: venv ## Format the sources and repair what ruff can repair
 	@$(BIN)/ruff check --fix --quiet . || true

@@ -297,7 +297,8 @@ def run_film(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     pictures = pictures_along(lesson, turns(lesson, MOST_FRAMES), progress)
     painter = LessonPainter(lesson.subject.scene, pictures)
     names = write_files(folder, lesson, pictures, painter)
-    say(arguments, f"{len(names)} frames in {folder}: {names[0]} to {names[-1]}")
+    if not arguments.quiet:
+        print_result(arguments, f"{len(names)} frames in {folder}: {names[0]} to {names[-1]}")
     return 0
 
 
@@ -328,7 +329,8 @@ def run_handout(arguments: argparse.Namespace, open_file: OpenFile | None) -> in
             handout.add_failure(lesson, reason)
             failed += 1
     page = handout.write_page()
-    say(arguments, f"{len(chosen) - failed} lessons in {page}")
+    if not arguments.quiet:
+        print_result(arguments, f"{len(chosen) - failed} lessons in {page}")
     if program := browser():
         print_pdf(page, folder / "handout.pdf", program)
         say(arguments, f"printed to {folder / 'handout.pdf'}")

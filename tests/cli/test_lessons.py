@@ -88,7 +88,7 @@ def test_a_film_has_a_frame_for_every_value(run, tmp_path):
     deepest = int(text.partition("Level 1 of ")[2].partition(":")[0])
     out = run("film", "levels", "sample:tetra:size=2", "--out", tmp_path)
     assert out.code == 0
-    assert f"{deepest + 1} frames in" in out.err
+    assert f"{deepest + 1} frames in" in out.out
     assert len(list(tmp_path.glob("levels-*.png"))) == deepest + 1
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.lessons import exhibits_left_out, exhibits_of
 from accelscope.core.lessons.exhibit import MOST_SEGMENTS
 from accelscope.core.structures import structures
@@ -79,39 +78,3 @@ def test_without_a_log_there_are_none_and_it_is_said(lab):
     }  # fmt: skip
     assert exhibits_left_out(asked) == ""
     assert "no log" in exhibits_left_out(without)
-
-
-# ---------------------------------------------------------------------------------------- levels
-
-
-def test_levels(lab, build):
-    structure = build("bvh", lab.small_scene("suzanne"))
-    cells = structure.cells()
-    (levels,) = (each for each in exhibits_of(structure) if each.name == "levels")
-    assert levels.count == cells.depth.max() + 1
-    for level in (0, 3, levels.count - 1):
-        frame = levels.frame(level)
-        shown = (cells.depth == level) | (cells.is_leaf & (cells.depth < level))
-        assert len(frame.segments) == 12 * shown.sum()
-        bright = frame.colours[:, 3] == 1.0
-        assert bright.sum() == 12 * (cells.depth == level).sum()
-        low, high = frame.segments.min(axis=(0, 1)), frame.segments.max(axis=(0, 1))
-        # Whatever the level, what is drawn contains the scene.
-        np.testing.assert_array_equal([low, high], [structure.scene.lower, structure.scene.upper])
-    assert levels.frame(0).caption.startswith(f"Level 0 of {levels.count - 1}: 1 node; together 1")
-
-
-def test_levels_of_many_nodes_show_the_largest(build):
-    from accelscope.sample_scenes import make_sample
-
-    structure = build("bvh", make_sample("suzanne"), "max_leaf_size=1")
-    cells, levels = structure.cells(), exhibits_of(structure)[0]
-    level = int(np.bincount(cells.depth).argmax())
-    frame = levels.frame(level)
-    shown = MOST_SEGMENTS // 12
-    assert len(frame.segments) == 12 * shown
-    sizes = np.sort(surface_area(cells.boxes[cells.depth == level]))[-shown:]
-    ends = frame.segments.reshape(shown, 24, 3)
-    drawn = surface_area(np.concatenate([ends.min(axis=1), ends.max(axis=1)], axis=1))
-    np.testing.assert_array_equal(np.sort(drawn), sizes)
-    assert frame.caption.endswith(f"drawn: {shown // 1000} {shown % 1000} volumes")
