@@ -30,8 +30,8 @@ class Costs:
 
     Attributes
     ----------
-    cells, empty, references : int
-        N_V, N_EV and N_OIV.
+    cells, empty : int
+        N_V and N_EV.
     memory : int
         Bytes, without the scene's triangles.
     sah : float
@@ -42,7 +42,6 @@ class Costs:
 
     cells: int
     empty: int
-    references: int
     memory: int
     sah: float
     steps: float
@@ -54,7 +53,7 @@ class Costs:
         figures = structure.statistics(progress)
         counts = structure.trace(lines, progress=progress)[1].by_name()
         return cls(
-            figures.N_V, figures.N_EV, figures.N_OIV, structure.memory(), figures.sah,
+            figures.N_V, figures.N_EV, structure.memory(), figures.sah,
             float(np.mean(counts["N_TS"])), float(np.mean(counts["N_IT"])),
         )  # fmt: skip
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..contract.cells import Cells
-from ..contract.events import HIT, VISIT_EMPTY, VISIT_LEAF
+from ..contract.events import VISIT_EMPTY, VISIT_LEAF
 from ..contract.steps import Steps
 from ..contract.structure import Structure
 from ..geometry.marks import stars
@@ -178,10 +178,6 @@ class Walked:
             size = 0.05 * self.structure.scene.diagonal
             parts.append(coloured(stars(points[2:], np.array([size])), GREEN))
         return parts
-
-    def hit_events(self) -> np.ndarray:
-        """Return the events in which the nearest hit so far has changed."""
-        return self.steps.events_of(HIT)
 
 
 def point_at(rays: Rays, t: np.ndarray | float) -> np.ndarray:
