@@ -19,6 +19,7 @@ from ..geometry.geometry import lines_of
 from ..printing import show_integer
 from ..progress import Progress
 from ..sah.line_sample import Ball, random_lines_through
+from ..sah.timing import affordable
 from ..settings import setting
 from .drawing import (
     BLUE,
@@ -37,8 +38,9 @@ from .one_ray import RAY, point_at, rays_from_the_front
 from .picture import Mark, Picture, Row
 from .solid_efficiency import SPREAD
 
-TESTS = 400_000
-"""Tests of the naive algorithm: the number of lines follows from it."""
+TESTS = 400_000, 20_000
+"""Tests of the naive algorithm, and where kernels run as plain Python: the number of lines follows
+from it."""
 
 FEWEST, MOST = 12, 256
 """Lines."""
@@ -89,7 +91,7 @@ class Ways(Play):
 
     def __init__(self, subject: Subject, progress: Progress) -> None:
         scene = self.scene = subject.scene
-        number = min(max(TESTS // len(scene), FEWEST), MOST)
+        number = min(max(affordable(*TESTS) // len(scene), FEWEST), MOST)
         ball = Ball.around(scene.lower, scene.upper, SPREAD)
         lines = random_lines_through(ball, number, seed=1)
         structures: dict[str, Structure] = dict(zip(WAYS, subject.structures, strict=True))

@@ -18,6 +18,7 @@ from ..geometry.combined import Intersection, is_polyhedral
 from ..geometry.kinds import COMBINED
 from ..progress import Progress
 from ..sah.line_sample import Ball, chords, random_lines_through, sample_of, volume_hits
+from ..sah.timing import affordable
 from ..settings import setting
 from .around import edges_of, surface_of, volume_around
 from .drawing import BLUE, GREEN, GREY, ORANGE, coloured, picture_of, tinted
@@ -55,7 +56,7 @@ class Combination(Play):
         scene = structure.scene
         self.kind, self.plain = kind, MADE_OF[kind]
         ball = Ball.around(scene.lower, scene.upper, SPREAD)
-        rays = random_lines_through(ball, COUNTED, seed=1)
+        rays = random_lines_through(ball, affordable(*COUNTED), seed=1)
         self.volume = volume_around(scene, kind, progress)
         self.sample = sample_of(rays, structure, self.volume, progress)
         self.simple = [volume_around(scene, each, progress) for each in self.plain]

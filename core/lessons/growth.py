@@ -19,17 +19,19 @@ from ..geometry.geometry import in_order
 from ..geometry.rays import CLOSEST, Rays
 from ..progress import Progress
 from ..sah.line_sample import random_lines
+from ..sah.timing import affordable
 from ..scene import Scene
 from ..structures.bvh.hierarchy import BVH
 from ..structures.naive import Naive
 
-TESTS = 400_000
-"""Tests of the naive algorithm in the largest part: the number of lines follows from it."""
+TESTS = 400_000, 20_000
+"""Tests of the naive algorithm in the largest part, and where kernels run as plain Python: the
+number of lines follows from it."""
 
 FEWEST, MOST = 12, 256
 """Lines."""
 
-AGAIN = 30
+AGAIN = 30, 1
 """How often at most they are traced for a timing."""
 
 
@@ -91,7 +93,7 @@ def growth_of(scene: Scene, counts: Sequence[int], progress: Progress) -> Growth
     """
     # Only uniform numbers: every NumPy has drawn the same ones.
     order = np.argsort(np.random.default_rng(1).random(len(scene)), kind="stable")
-    number = min(max(TESTS // len(scene), FEWEST), MOST)
+    number = min(max(affordable(*TESTS) // len(scene), FEWEST), MOST)
     rays = Rays.from_arrays(*random_lines(scene.lower, scene.upper, number, seed=1))
     # What is compiled is not timed.
     first = part_of(scene, order[:1])
@@ -101,10 +103,11 @@ def growth_of(scene: Scene, counts: Sequence[int], progress: Progress) -> Growth
     for done, count in enumerate(counts):
         progress.report(done, len(counts), "Tracing parts of the scene")
         part = part_of(scene, order[:count])
-        again = min(len(scene) // count, AGAIN)
+        most = affordable(*AGAIN)
+        again = min(len(scene) // count, most)
         naive, own_time = timed(Naive.build(part, Naive.Settings()), rays, again, progress)
         trees.append(BVH.build(part, BVH.Settings(), progress))
-        bvh, bvh_time = timed(trees[-1], rays, AGAIN, progress)
+        bvh, bvh_time = timed(trees[-1], rays, most, progress)
         found.append((naive["N_IT"], bvh["N_TS"], bvh["N_IT"], own_time, bvh_time))
     tests_naive, steps, tests, seconds, faster = (
         np.array(column) for column in zip(*found, strict=True)

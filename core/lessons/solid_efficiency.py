@@ -24,6 +24,7 @@ from ..sah.line_sample import (
     random_lines_through,
     sample_of,
 )
+from ..sah.timing import affordable
 from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.fit import fit_all
@@ -36,8 +37,11 @@ from .picture import Picture, Row
 SPREAD = 1.3
 """Size of the ball that lines are drawn through, in that around the scene's box."""
 
-COUNTED, DRAWN = 20_000, 160
-"""Lines that are counted, and lines that are drawn."""
+COUNTED = 20_000, 1000
+"""Lines that are counted, and where kernels run as plain Python."""
+
+DRAWN = 160
+"""Lines that are drawn."""
 
 DIRECTIONS = {
     "all": ("random lines", None),
@@ -87,7 +91,7 @@ class Shares(Play):
         self.counted: dict[str, LineSample] = {}
         self.drawn: dict[str, LineSample] = {}
         for name in directions:
-            for samples, count in ((self.counted, COUNTED), (self.drawn, DRAWN)):
+            for samples, count in ((self.counted, affordable(*COUNTED)), (self.drawn, DRAWN)):
                 _, direction = DIRECTIONS[name]
                 if direction is None:
                     rays = random_lines_through(ball, count, seed=1)
@@ -164,7 +168,7 @@ LESSONS = (
         "that pass a hollow or a hole. Along a single direction it can, where the object's "
         "shadow fills that of the volume",
         source="sah.line_sample",
-        sample="suzanne:subdivisions=2",
+        sample="suzanne:subdivisions=1",
         structures=("bvh",),
         Settings=Settings,
         play=play,

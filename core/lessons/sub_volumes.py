@@ -238,7 +238,7 @@ LESSONS = (
         answer="A hundred times as many: the standard error is the root of p (1 - p) / n. That is "
         "why the heuristic takes surfaces, which cost nothing, and no lines",
         source="sah.line_sample",
-        sample="suzanne:subdivisions=2",
+        sample="suzanne:subdivisions=1",
         structures=("bvh",),
         suits=has_nodes,
         Settings=Settings,

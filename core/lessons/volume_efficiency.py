@@ -23,7 +23,7 @@ from ..geometry.triangles import Triangles
 from ..kernels import announcing
 from ..progress import Progress
 from ..sah.line_sample import Ball, random_lines_through, sample_of
-from ..sah.timing import time_of_object, time_of_volume, verdict
+from ..sah.timing import affordable, time_of_object, time_of_volume, verdict
 from ..scene import Scene
 from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
@@ -68,7 +68,7 @@ class Efficiency(Play):
         self.volume = volume_around(scene, settings.volume, progress)
         self.edges, _ = edges_of(self.volume)
         ball = Ball.around(scene.lower, scene.upper, settings.spread)
-        rays = random_lines_through(ball, COUNTED, seed=1)
+        rays = random_lines_through(ball, affordable(*COUNTED), seed=1)
         with announcing(progress, f"the test of {settings.volume}"):
             self.counted = sample_of(rays, structure, self.volume, progress)
             few = rays.select(np.arange(DRAWN))
@@ -81,7 +81,7 @@ class Efficiency(Play):
                 settings.volume, scene.triangles, rays.arrays(), triangles.reach
             )
         self.p = float(self.counted.hits_volume.mean())
-        self.error = float(np.sqrt(self.p * (1.0 - self.p) / COUNTED))
+        self.error = float(np.sqrt(self.p * (1.0 - self.p) / len(rays)))
 
     def picture(self, settings: Settings) -> Picture:
         """Return the picture with these times."""
@@ -117,7 +117,7 @@ class Efficiency(Play):
             Row("I", f"{I:.4g} ns", f"Testing the object's triangles: {origin_of(settings.I)}"),
             Row(
                 "p", f"{p:.4f} ± {self.error:.4f}",
-                f"Share of {COUNTED} lines that hit the volume; counted",
+                f"Share of {len(self.counted.rays)} lines that hit the volume; counted",
             ),
             Row("B + p I", f"{with_volume:.4g} ns", "Expected time of a ray with the volume"),
             Row("Break-Even p", f"{found['break_even']:.4f}", "1 - B / I: below it, it pays"),

@@ -17,7 +17,7 @@ from ..geometry.geometry import intersect
 from ..geometry.rays import RayArrays, make_ray
 from ..geometry.triangles import Triangles
 from ..geometry.volume import MOST_STRIPS
-from ..kernels import call, kernel
+from ..kernels import call, has_numba, is_plain, kernel
 from ..progress import SILENT
 from ..structures.bvh.topology.fit import fit_all
 from .line_sample import enter_lines, use
@@ -25,13 +25,19 @@ from .line_sample import enter_lines, use
 COPIES = 17
 """Volumes tested per ray in the second of two timings: their difference is that of 16 tests."""
 
-TIMED_RAYS = 20_000
+TIMED_RAYS = 20_000, 200
+"""Rays in a timing, and where kernels run as plain Python."""
 
-TRIANGLE_TESTS = 4_000_000
-"""Per timing of the object: some 20 ms."""
+TRIANGLE_TESTS = 4_000_000, 20_000
+"""Per timing of the object: some 20 ms, and where kernels run as plain Python."""
 
-REPEATS = 5
+REPEATS = 5, 1
 """Timings of which the shortest counts: others have been disturbed."""
+
+
+def affordable(compiled: int, plain: int) -> int:
+    """Return how much is done: another number where kernels run as plain Python, a hundredth."""
+    return compiled if has_numba() and not is_plain() else plain
 
 
 @kernel
@@ -62,9 +68,10 @@ def meet_triangles(triangles, rays, count):
 
 def nanoseconds(count: int, function: Callable, *arguments: Any) -> float:
     """Return the shortest time of a kernel call, divided by `count`."""
-    call(function, *arguments)  # compiles
+    if affordable(True, False):
+        call(function, *arguments)  # compiles
     best = np.inf
-    for _ in range(REPEATS):
+    for _ in range(affordable(*REPEATS)):
         start = time.perf_counter_ns()
         call(function, *arguments)
         best = min(best, time.perf_counter_ns() - start)
@@ -73,7 +80,7 @@ def nanoseconds(count: int, function: Callable, *arguments: Any) -> float:
 
 def time_of_ray(rays: RayArrays, reach: np.ndarray) -> float:
     """Return the nanoseconds of making a ray, which no test is to blame for."""
-    count = min(TIMED_RAYS, len(rays.t_max))
+    count = min(affordable(*TIMED_RAYS), len(rays.t_max))
     return nanoseconds(count, make_rays, rays, reach, count)
 
 
@@ -84,7 +91,7 @@ def time_of_volume(kind: str, corners: np.ndarray, rays: RayArrays, reach: np.nd
     """
     one_volume = fit_all(kind, corners, np.zeros(1, np.int64), np.full(1, len(corners)), SILENT)
     volumes = copies_of(one_volume)
-    t, strips = np.empty(min(TIMED_RAYS, len(rays.t_max))), np.empty((MOST_STRIPS, 3))
+    t, strips = np.empty(min(affordable(*TIMED_RAYS), len(rays.t_max))), np.empty((MOST_STRIPS, 3))
     one, many = (
         nanoseconds(len(t), enter_lines, volumes, copies, rays, reach, strips, t)
         for copies in (1, COPIES)
@@ -102,8 +109,8 @@ def copies_of(volumes: Any) -> Any:
 
 def time_of_object(triangles: Triangles, rays: RayArrays) -> float:
     """Return I: the nanoseconds of testing all triangles with one ray."""
-    wanted = max(TRIANGLE_TESTS // len(triangles.ids), 8)
-    count = min(TIMED_RAYS, len(rays.t_max), wanted)
+    wanted = max(affordable(*TRIANGLE_TESTS) // len(triangles.ids), 8)
+    count = min(affordable(*TIMED_RAYS), len(rays.t_max), wanted)
     whole = nanoseconds(count, meet_triangles, triangles, rays, count)
     return max(whole - time_of_ray(rays, triangles.reach), 1e-3)
 
