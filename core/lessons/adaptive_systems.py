@@ -36,13 +36,15 @@ from .section import (
 
 SYSTEMS = {
     "Octree": "octree:max_leaf_size=16",
-    "kd-Tree, Cyclic": "kdtree:planes=cyclic,max_leaf_size=16",
-    "kd-Tree, Longest Side": "kdtree:planes=longest,max_leaf_size=16",
-    "kd-Tree, Object Median": "kdtree:planes=object_median,max_leaf_size=16",
-    "kd-Tree, SAH": "kdtree:planes=sah,max_leaf_size=16",
-    "BSP Tree": "bsp:planes=fixed,max_leaf_size=16",
+    "kd Cyclic": "kdtree:planes=cyclic,max_leaf_size=16",
+    "kd Longest": "kdtree:planes=longest,max_leaf_size=16",
+    "kd Median": "kdtree:planes=object_median,max_leaf_size=16",
+    "kd SAH": "kdtree:planes=sah,max_leaf_size=16",
+    "BSP": "bsp:planes=fixed,max_leaf_size=16",
 }
-"""What is shown, in the order of the slide; the same M for all."""
+"""What is shown, in the order of the slide, by names that are short enough to stand over a section.
+Of the kd-trees, the first two cut in the middle, across x, y and z in turn or across the longest
+side. The same M for all."""
 
 COLUMNS = 3
 """Systems in a row."""

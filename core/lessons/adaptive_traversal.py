@@ -45,23 +45,27 @@ from .section import (
 
 
 class Kind(NamedTuple):
-    """A walk: what the settings call it and its links, its name, and what it remembers."""
+    """A walk: what the settings call it and its links, its names, and what it remembers."""
 
     walk: str
     links: str
     label: str
+    short: str
     one: str
     many: str
 
 
 WALKS = {
-    "march": Kind("march", "found", "From the Root", "", "nothing"),
-    "segments": Kind("segments", "found", "Segments", "segment or node", "segments and nodes"),
-    "neighbours": Kind("neighbours", "found", "Neighbours Found", "node above", "nodes above"),
-    "ropes": Kind("neighbours", "stored", "Neighbour Links", "", "nothing but stored links"),
-    "recursive": Kind("recursive", "found", "Recursive, Stack", "node on the stack",
+    "march": Kind("march", "found", "From the Root", "Root", "", "nothing"),
+    "segments": Kind("segments", "found", "Segments", "Segments", "segment or node",
+                     "segments and nodes"),
+    "neighbours": Kind("neighbours", "found", "Neighbours Found", "Found", "node above",
+                       "nodes above"),
+    "ropes": Kind("neighbours", "stored", "Neighbour Links", "Links", "",
+                  "nothing but stored links"),
+    "recursive": Kind("recursive", "found", "Recursive, Stack", "Stack", "node on the stack",
                       "nodes on the stack"),
-    "heap": Kind("heap", "found", "Heap", "node in the heap", "nodes in the heap"),
+    "heap": Kind("heap", "found", "Heap", "Heap", "node in the heap", "nodes in the heap"),
 }  # fmt: skip
 
 ENTERING = VISIT_INNER, VISIT_LEAF, VISIT_EMPTY
@@ -205,7 +209,7 @@ class AdaptiveTraversal(Play):
                 parts.append(outline_beside(self.contour, shift))
                 count = each.walked.counts["N_TS"]
                 marks.append(
-                    Mark(title_place(self.scene, self.plane, shift), f"{each.label}: {count}")
+                    Mark(title_place(self.scene, self.plane, shift), f"{each.kind.short}: {count}")
                 )
                 told.append(f"{each.label} {event + 1} of {len(each.nodes)}")
             caption = f"Events: {', '.join(told)}{self.left_out}"
