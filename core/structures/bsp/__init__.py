@@ -161,20 +161,24 @@ class Bsp(Subdivision):
         record = BspMarch if self.settings.walk == "march" else WALKS[self.settings.walk]
         self.arrays = record(tree, self.settings.mailbox)
 
-    def measures(self) -> Measures:
+    def measures(self, progress: Progress = SILENT) -> Measures:
         """Return areas, volumes and boxes of all cells."""
         tree = self.arrays.tree
-        return measured(self.grown, tree.box, tree.shell)
+        return measured(self.grown, tree.box, tree.shell, progress)
 
     def topology(self) -> Topology:
         """Return the nodes; the boxes are those around the cells."""
+        return self._topology_with(self.measures())
+
+    def _topology_with(self, measures: Measures) -> Topology:
+        """Return the nodes, of which the measures are known."""
         grown = self.grown
         is_leaf = grown.link < 0
         leaves = np.empty(len(grown.offsets) - 1, np.int64)
         leaves[-1 - grown.link[is_leaf]] = np.flatnonzero(is_leaf)
         count = np.zeros(len(grown.link), np.int32)
         count[leaves] = np.diff(grown.offsets)
-        return Topology(self.measures().boxes, grown.depth.astype(np.int64), is_leaf, count, leaves)
+        return Topology(measures.boxes, grown.depth.astype(np.int64), is_leaf, count, leaves)
 
     def areas(self, nodes: Topology) -> np.ndarray:
         """Return the true surface areas of the cells."""
@@ -197,8 +201,9 @@ class Bsp(Subdivision):
 
     def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the cells of all nodes as polyhedra, with the planes that cut them."""
-        nodes, measures, tree = self.topology(), self.measures(), self.arrays.tree
-        faces, cuts = polygons(self.grown, tree.box, tree.shell, measures)
+        measures, tree = self.measures(progress), self.arrays.tree
+        nodes = self._topology_with(measures)
+        faces, cuts = polygons(self.grown, tree.box, tree.shell, measures, progress)
         inner = np.flatnonzero(self.grown.link > 0)
         children = self.grown.link[inner][:, None] + np.arange(2)
         parent = parents_of(len(nodes.depth), inner, children)

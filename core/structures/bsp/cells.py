@@ -12,9 +12,10 @@ import numpy as np
 from ...contract.cells import Polygons
 from ...geometry.length import polygon_area
 from ...kernels import call, inner, kernel, whole
+from ...progress import SILENT, Progress
 from ...ranges import ranges
 from .grown import Grown
-from .polyhedron import Polyhedra, clip, make_polyhedra, measure
+from .polyhedron import clip, make_polyhedra, measure
 from .references import MOST_POLYGON_CORNERS, Lists, append_side
 
 
@@ -64,8 +65,8 @@ def write_loops(loops, node, room, row):
 
 
 @kernel
-def visit_cells(tree, room, shell, stack, measures, loops, write):
-    """Cut out all cells, depth-first; measure them, or write them to `loops`.
+def visit_cells(tree, room, shell, stack, height, most, measures, loops, write):
+    """Cut out cells, depth-first; measure them, or write them to `loops`. Return the new height.
 
     Parameters
     ----------
@@ -73,9 +74,13 @@ def visit_cells(tree, room, shell, stack, measures, loops, write):
     room : Polyhedra
         One row per level.
     stack : (levels,) int64
+        Nodes that wait, `height` of them. The polyhedra in the room are those above the last.
+    most : int
+        Cells after which to stop.
     """
-    stack[0], height = 0, 1
-    while height > 0:
+    for _ in range(most):
+        if height == 0:
+            break
         height -= 1
         node = stack[height]
         level = tree.depth[node]
@@ -97,9 +102,30 @@ def visit_cells(tree, room, shell, stack, measures, loops, write):
         if tree.link[node] > 0:
             stack[height], stack[height + 1] = tree.link[node] + 1, tree.link[node]
             height += 2
+    return height
 
 
-def measured(tree: Grown, box: np.ndarray, shell: float) -> Measures:
+AT_ONCE = 20_000
+"""Cells that are visited between two reports: a tenth of a second."""
+
+
+def visit_all(
+    tree: Grown, box: np.ndarray, shell: float, measures: Measures, loops: Loops, write: bool,
+    progress: Progress,
+) -> None:  # fmt: skip
+    """Measure all cells of a tree, or write them to `loops`."""
+    depth = int(tree.depth.max())
+    room, stack = make_polyhedra(depth + 1, box), np.zeros(depth + 2, np.int64)
+    height, done = 1, 0
+    while height > 0:
+        progress.report(done, len(tree.link), "Cutting out cells")
+        height = call(
+            visit_cells, tree, room, shell, stack, height, AT_ONCE, measures, loops, write
+        )
+        done += AT_ONCE
+
+
+def measured(tree: Grown, box: np.ndarray, shell: float, progress: Progress = SILENT) -> Measures:
     """Return the measures of all cells of a tree whose root is a box, (6,)."""
     n = len(tree.link)
     measures = Measures(
@@ -109,19 +135,19 @@ def measured(tree: Grown, box: np.ndarray, shell: float) -> Measures:
     none = Loops(
         np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64)
     )
-    call(visit_cells, tree, levels(tree, box), shell, stack_for(tree), measures, none, False)
+    visit_all(tree, box, shell, measures, none, False, progress)
     return measures
 
 
 def polygons(
-    tree: Grown, box: np.ndarray, shell: float, measures: Measures
+    tree: Grown, box: np.ndarray, shell: float, measures: Measures, progress: Progress = SILENT
 ) -> tuple[Polygons, Polygons]:
     """Return the faces of all cells, and the planes that cut the inner ones."""
     loops = Loops(
         np.zeros((int(measures.corners.sum()), 3)), np.zeros(int(measures.faces.sum()), np.int64),
         np.cumsum(measures.corners) - measures.corners, np.cumsum(measures.faces) - measures.faces,
     )  # fmt: skip
-    call(visit_cells, tree, levels(tree, box), shell, stack_for(tree), measures, loops, True)
+    visit_all(tree, box, shell, measures, loops, True, progress)
     owners = np.repeat(np.arange(len(tree.link)), measures.faces)
     faces = Polygons(loops.points, np.concatenate([[0], loops.ends]), owners)
     # The cut of an inner node is the last face of the left child.
@@ -132,16 +158,6 @@ def polygons(
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     points = loops.points[ranges(ends - sizes, sizes)]
     return faces, Polygons(points, offsets, inner_nodes)
-
-
-def levels(tree: Grown, box: np.ndarray) -> Polyhedra:
-    """Return room for the polyhedra on a path."""
-    return make_polyhedra(int(tree.depth.max()) + 1, box)
-
-
-def stack_for(tree: Grown) -> np.ndarray:
-    """Return room for the nodes that wait."""
-    return np.zeros(int(tree.depth.max()) + 2, np.int64)
 
 
 @kernel
