@@ -1,7 +1,7 @@
 """The build log: what a builder did, one event after the other, for whoever asks for it.
 
 ``Structure.build(..., log=True)`` keeps it, and :attr:`.structure.Structure.build_log` has it. Who
-shows how a structure came about (a replay, planes, colours by step, exhibits) reads it here and
+shows how a structure came about (a replay, planes, colours by step, lessons) reads it here and
 runs no builder again. The log is the same for any number of threads.
 
 An event is about a *node*: builders give each one a name, 0, 1, 2, ..., before anybody knows which

@@ -9,27 +9,10 @@ import difflib
 import functools
 import importlib
 import pkgutil
-from collections.abc import Sequence
 
 from ..contract.structure import Structure
 from ..errors import InputError
-from ..structures.bvh.hierarchy import BVH
-from .efficiency import nodes_not_paying, overlapping_siblings
-from .exhibit import Exhibit
-from .kdop import kdop_levels
 from .lesson import Lesson, any_structure
-from .levels import levels
-from .moment import Moment
-from .morton_intervals import morton_curve
-from .parallel_sah import parallel_exhibits
-from .ploc import ploc_exhibits
-from .radix_sort import radix_exhibits
-from .rearranging import rearranging_exhibits
-from .refit import refit_over_timeline
-from .sah_decision import split_planes
-from .sbvh import spatial_splits
-from .solid_efficiency import volume_efficiency
-from .split_curve import cost_curve
 
 
 @functools.cache
@@ -67,53 +50,3 @@ def lessons_about(structure: Structure) -> list[Lesson]:
         and lesson.suits is not any_structure
         and not lesson.suits(structure)
     ]
-
-
-OF_TREE = (
-    levels, kdop_levels, split_planes, nodes_not_paying, overlapping_siblings, volume_efficiency
-)  # fmt: skip
-"""Exhibits of any hierarchy, whatever became of it."""
-
-OF_BUILDING = (
-    cost_curve, parallel_exhibits, morton_curve, radix_exhibits, ploc_exhibits,
-    rearranging_exhibits, spatial_splits,
-)  # fmt: skip
-"""Exhibits of how a hierarchy was built, if it was built so and kept a log."""
-
-
-def exhibits_of(structure: Structure, history: Sequence[Moment] = ()) -> list[Exhibit]:
-    """Return what there is to show of a structure and of how it was built: of hierarchies only.
-
-    Cheap, frames are made on demand. What explains the building reads its log, over the triangles
-    the tree has now. One that was refitted has none, since those are elsewhere.
-
-    Parameters
-    ----------
-    history : sequence of Moment
-        The animation over which such a structure was refitted, if it was.
-    """
-    exhibits = exhibits_of_hierarchy(structure) if isinstance(structure, BVH) else []
-    if history:
-        exhibits.insert(len(OF_TREE), refit_over_timeline(history))
-    return exhibits
-
-
-def exhibits_left_out(structure: Structure) -> str:
-    """Say why exhibits that such structures usually have are not offered; empty if none are."""
-    if not isinstance(structure, BVH) or structure.build_log is not None:
-        return ""
-    if structure.is_refitted:
-        return (
-            "Exhibits of the building are not shown after a refit, since the triangles have moved. "
-            "Build to see them"
-        )
-    return "Exhibits of the building are not shown, since no log of it was asked for"
-
-
-def exhibits_of_hierarchy(bvh: BVH) -> list[Exhibit]:
-    """Return the exhibits of a hierarchy."""
-    exhibits = [make(bvh) for make in OF_TREE]
-    if (log := bvh.build_log) is not None:
-        for make_of_building in OF_BUILDING:
-            exhibits += make_of_building(bvh, log)
-    return exhibits

@@ -1,4 +1,4 @@
-"""Coloured lines, the stuff of exhibits, put together from parts; and charts made of them."""
+"""Coloured lines and faces, the stuff of pictures, put together from parts; and charts of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from ..geometry.geometry import lines_of
 from ..geometry.marks import stars
 from ..geometry.triangles import Triangles
 from ..scene import Scene
-from .exhibit import Frame
 from .picture import Image, Mark, Picture, Row
 
 Colour = tuple[float, float, float, float]
@@ -58,15 +57,6 @@ class Faces:
 def coloured(segments: np.ndarray, colour: Colour) -> Lines:
     """Return segments (k, 2, 3), all in one colour."""
     return Lines(segments, np.tile(np.array(colour), (len(segments), 1)))
-
-
-def frame_of(parts: Sequence[Lines], caption: str) -> Frame:
-    """Return parts as one picture; where lines coincide, the last is seen."""
-    return Frame(
-        np.concatenate([np.empty((0, 2, 3)), *(part.segments for part in parts)]),
-        np.concatenate([np.empty((0, 4)), *(part.colours for part in parts)]),
-        caption,
-    )
 
 
 def tinted(triangles: np.ndarray, colour: Colour, opacity: float = 0.25) -> Faces:

@@ -37,7 +37,6 @@ from .drawing import (
     picture_of,
     tinted,
 )  # fmt: skip
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .levels import has_nodes
 from .magnifier import magnifier
@@ -301,31 +300,3 @@ LESSONS = (
         film="rank",
     ),
 )
-
-
-# ------------------------------------------------------------------------------------ the exhibits
-
-
-def nodes_not_paying(structure: BVH) -> Exhibit:
-    """Return the exhibit: the same pictures without their text."""
-    return exhibit_of_play(
-        "nodes_not_paying",
-        "Nodes That Do Not Pay",
-        "Hierarchy efficiency: nodes whose volumes cost more than they save, the worst first",
-        1 + min(int((structure.arrays.size == 0).sum()), MOST_NODES),
-        lambda progress: NodesNotPaying(structure, progress),
-        Settings,
-    )
-
-
-def overlapping_siblings(structure: BVH) -> Exhibit:
-    """Return the exhibit: the same pictures without their text."""
-    width = structure.width()
-    return exhibit_of_play(
-        "overlapping_siblings",
-        "Overlapping Siblings",
-        "What two children of a node share: the pairs that overlap most",
-        1 + min(int((width * (width - 1) // 2).sum()), MOST_NODES),
-        lambda progress: OverlappingSiblings(structure, progress),
-        Settings,
-    )

@@ -21,7 +21,6 @@ from ..structures.bvh.topology.fit import fit_all
 from ..structures.bvh.topology.tree import ranges_of
 from .around import beside_each_other, edges_of
 from .drawing import GREY, Lines, counted, items_in, picture_of, shifted
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .levels import has_nodes
 from .picture import Mark, Picture, Row
@@ -157,15 +156,3 @@ LESSONS = (
         film="level",
     ),
 )
-
-
-def kdop_levels(bvh: BVH) -> Exhibit:
-    """Return the exhibit: the same pictures without their text."""
-    return exhibit_of_play(
-        "kdop_levels",
-        "K-DOP Levels",
-        "Levels of the same tree with 6- and 14-DOPs above, 18- and 26-DOPs below",
-        min(int(bvh.depths().max()) + 1, LEVELS),
-        lambda progress: VolumesByLevel(bvh, KINDS, LEVELS, progress),
-        Settings,
-    )

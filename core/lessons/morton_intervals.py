@@ -26,7 +26,6 @@ from ..structures.bvh.builders.morton.codes import MortonSettings, sort_by_code
 from ..structures.bvh.builders.morton.hlbvh import boxes_around
 from ..structures.bvh.hierarchy import BVH
 from .drawing import Chart, Lines, chart_below, counted, picture_of
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 
@@ -269,20 +268,3 @@ LESSONS = (
         film="level",
     ),
 )
-
-
-def morton_curve(bvh: BVH, log: BuildLog) -> list[Exhibit]:
-    """Return the lesson as an exhibit, of trees that were divided along the curve."""
-    is_sorted = issubclass(BUILDERS[bvh.settings.builder].Settings, MortonSettings)
-    if not is_sorted or log.is_bottom_up:
-        return []
-    return [
-        exhibit_of_play(
-            "morton_curve",
-            "Morton Curve",
-            "The curve through the centroids, and below the intervals of the tree",
-            levels_shown(log),
-            lambda progress: Intervals(bvh, log, progress),
-            Settings,
-        )
-    ]

@@ -20,7 +20,7 @@ from ..contract.cells import planes_across
 from ..geometry.box_shape import box_segments
 from ..kernels import call
 from ..progress import Progress
-from ..sah.split_curve import has_curves, look_at_candidates
+from ..sah.split_curve import look_at_candidates
 from ..settings import setting
 from ..structures.bvh.builders.top_down.parallel_split import data_parallel_rules, reduction_step
 from ..structures.bvh.hierarchy import BVH
@@ -39,10 +39,9 @@ from .drawing import (
     outlines,
     picture_of,
 )
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
-from .queues import is_data_parallel, split_queues
+from .queues import is_data_parallel
 
 
 @dataclass(frozen=True)
@@ -204,18 +203,3 @@ LESSONS = (
         film="step",
     ),
 )
-
-
-def parallel_exhibits(bvh: BVH, log: BuildLog) -> list[Exhibit]:
-    """Return the exhibits, if the tree is as this builder made it."""
-    if bvh.settings.builder != "parallel_sah" or not has_curves(bvh):
-        return []
-    reduction = exhibit_of_play(
-        "min_reduction",
-        "Min-Reduction",
-        "How the cheapest of all candidates of the root is found by comparing pairs",
-        (3 * bvh.settings.bins - 1).bit_length() + 1,
-        lambda progress: Reduction(bvh, log, progress),
-        Settings,
-    )
-    return [split_queues(bvh, log), reduction]

@@ -21,7 +21,6 @@ from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.build_log import tree_as_built
 from .drawing import BLUE, ORANGE, Chart, Lines, counted, picture_of
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 
@@ -197,21 +196,3 @@ LESSONS = (
         film="iteration",
     ),
 )
-
-
-def ploc_exhibits(bvh: BVH, log: BuildLog) -> list[Exhibit]:
-    """Return the lesson as an exhibit, of a tree that PLOC has built."""
-    if bvh.settings.builder != "ploc":
-        return []
-    totals = bvh.figures["clusters"]
-    return [
-        exhibit_of_play(
-            "ploc_clusters",
-            "PLOC Clusters",
-            "The clusters after every iteration, coloured along the Morton curve",
-            len(totals),
-            lambda progress: Clusters(bvh, log, progress),
-            Settings,
-            tuple(telling(totals)),
-        )
-    ]

@@ -24,7 +24,6 @@ from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.tree import ranges_of
 from .drawing import Lines, coloured, counted, extent_of, outlines, picture_of
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 
@@ -283,18 +282,3 @@ LESSONS = (
         film="level",
     ),
 )
-
-
-def split_queues(bvh: BVH, log: BuildLog) -> Exhibit:
-    """Return the lesson as an exhibit, two frames a level: before and after compaction."""
-    lengths, n_split = (np.array(bvh.figures[f"queue_{name}"]) for name in ("lengths", "splits"))
-    half_empty = int(np.argmin(np.abs(n_split / lengths - 0.5)))
-    return exhibit_of_play(
-        "split_queues",
-        "Split Queues",
-        "Nodes of a level, the children they write with gaps for leaves, and compaction",
-        2 * len(lengths),
-        lambda progress: SplitQueues(bvh, log, progress),
-        lambda number: Settings(number // 2, number % 2 == 1),
-        (2 * half_empty, 2 * half_empty + 1),
-    )

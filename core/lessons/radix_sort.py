@@ -19,12 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..colours import ramp
-from ..contract.build_log import BuildLog
 from ..parallel import Team
 from ..progress import Progress
 from ..settings import setting
-from ..structures.bvh.builders import BUILDERS
-from ..structures.bvh.builders.morton.codes import MortonSettings, codes_of
+from ..structures.bvh.builders.morton.codes import codes_of
 from ..structures.bvh.builders.morton.radix_sort import DIGIT, passes, split
 from ..structures.bvh.hierarchy import BVH
 from .drawing import (
@@ -43,7 +41,6 @@ from .drawing import (
     picture_of,
     quads,
 )
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .morton_intervals import opaque, sorts_by_code
 from .picture import Mark, Picture, Row
@@ -241,28 +238,3 @@ LESSONS = (
         film="bit",
     ),
 )
-
-
-def radix_exhibits(bvh: BVH, log: BuildLog) -> list[Exhibit]:
-    """Return the lessons as exhibits, of builders that sort along the curve."""
-    if not issubclass(BUILDERS[bvh.settings.builder].Settings, MortonSettings):
-        return []
-    bits = int(bvh.settings.morton_bits)
-    return [
-        exhibit_of_play(
-            "radix_sort",
-            "Radix Sort",
-            "The Morton codes as bars after every pass, one digit a pass, the lowest first",
-            -(-bits // DIGIT) + 1,
-            lambda progress: RadixSort(bvh, progress),
-            PassSettings,
-        ),
-        exhibit_of_play(
-            "radix_2_split",
-            "Radix-2 Split",
-            "One bit a pass, above the order before it, below the order after it",
-            bits,
-            lambda progress: RadixSplit(bvh, progress),
-            BitSettings,
-        ),
-    ]

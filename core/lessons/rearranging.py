@@ -38,12 +38,9 @@ from .drawing import (
     faint,
     picture_of,
 )
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .moves import TEXT, moves_made, was_rearranged
 from .picture import Picture, Row
-from .reinsertion import reinsertions
-from .treelets import treelets
 
 MOST_NODES = 60
 """Moved nodes of a step that are drawn."""
@@ -203,30 +200,3 @@ LESSONS = (
         film="step",
     ),
 )
-
-
-def rearranging_exhibits(structure: BVH, log: BuildLog) -> list[Exhibit]:
-    """Return the lessons on a tree that was rearranged as exhibits.
-
-    Where the tree as built was kept, since it is cheaper with its leaves, the log has no moves.
-    """
-    done = structure.rearrangement
-    if done is None:
-        return []
-    last = len(done.costs) - 1
-    steps = np.unique(np.linspace(0, last, min(last + 1, MOST_FRAMES)).astype(np.int64)).tolist()
-    found = [
-        exhibit_of_play(
-            "cost_over_steps",
-            "Cost over Steps",
-            "How the cost of the tree falls while it is rearranged",
-            len(steps),
-            lambda progress: Rearranging(structure.scene, [Course(structure, log, progress)]),
-            lambda number: Settings(steps[number]),
-        )
-    ]
-    if moves_made(log) and structure.settings.optimise.startswith("reinsert"):
-        found.append(reinsertions(structure, log))
-    if moves_made(log) and structure.settings.optimise.startswith("treelet"):
-        found.append(treelets(structure, log))
-    return found

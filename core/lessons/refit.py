@@ -38,7 +38,6 @@ from .drawing import (
     picture_of,
     some_of,
 )
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .moment import Moment, Upper
 from .picture import Mark, Picture, Row
@@ -263,15 +262,3 @@ LESSONS = (
         takes_frames=True,
     ),
 )
-
-
-def refit_over_timeline(history: Sequence[Moment]) -> Exhibit:
-    """Return the lesson as an exhibit of an animation."""
-    return exhibit_of_play(
-        "refit_over_timeline",
-        "Refit over the Timeline",
-        "How the boxes of the first frame's tree and its cost grow, frame by frame",
-        len(history),
-        lambda progress: Refit(history),
-        Settings,
-    )

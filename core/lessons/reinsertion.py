@@ -21,10 +21,8 @@ from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.optimisers.replay import Replay
 from .drawing import BLUE, GREEN, GREY, ORANGE, RED, Lines, coloured, column, faint, picture_of
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .moves import (
-    MOST_MOVES,
     TEXT,
     around,
     enlarged_beside,
@@ -170,16 +168,3 @@ LESSONS = (
         film="move",
     ),
 )
-
-
-def reinsertions(bvh: BVH, log: BuildLog) -> Exhibit:
-    """Return the lesson as an exhibit, two frames each: before and after."""
-    shown = min(moves_made(log), MOST_MOVES)
-    return exhibit_of_play(
-        "reinsertions",
-        "Reinsertions",
-        f"Where nodes were moved to: the {shown} reinsertions that gained most",
-        2 * shown,
-        lambda progress: Reinsertions(bvh, log, progress),
-        lambda number: Settings(number // 2, number % 2 == 1),
-    )

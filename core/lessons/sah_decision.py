@@ -25,7 +25,6 @@ from ..sah.split_plane import SplitPlane, halves_of, sort_along
 from ..sah.worked_example import PRINTED, T_TRA, T_TRI, cases_of, is_worked_example
 from ..scene import Scene
 from ..settings import setting
-from ..structures.bvh.hierarchy import BVH
 from .drawing import (
     BLUE,
     GREY,
@@ -42,19 +41,15 @@ from .drawing import (
     picture_of,
     solid,
 )
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 from .split_plane import (
-    AXES,
     ItemLines,
-    SplitPlaneOfScene,
     drawn_curve,
     drawn_halves,
     rows_of,
     texts_of,
 )
-from .split_plane import Settings as PlaneSettings
 
 FIRST = "I", "II", "III"
 
@@ -243,44 +238,3 @@ LESSONS = (
         film="planes",
     ),
 )
-
-
-def split_planes(structure: BVH) -> Exhibit:
-    """Return planes at even distances as an exhibit; of the worked example its cases come first."""
-    scene, settings = structure.scene, structure.settings
-    box = np.concatenate([scene.lower, scene.upper])
-    is_example = is_worked_example(len(scene), box)
-    cases = [*PLANES, "X", "III+X"] if is_example else []
-    places = [
-        (axis, float(share))
-        for number, axis in enumerate(AXES)
-        if box[3 + number] > box[number]
-        for share in np.arange(1, settings.bins) / settings.bins
-    ]
-
-    # Of each axis the plane in its middle.
-    middles = tuple(range((settings.bins - 1) // 2, len(places), settings.bins - 1))
-
-    class Both(Play):
-        def __init__(self, progress: Progress) -> None:
-            self.planes = SplitPlaneOfScene(scene, progress)
-            self.decision = Decision(scene, progress) if is_example else None
-
-        def picture(self, number: int) -> Picture:
-            if number >= len(cases):
-                knobs = (*places[number - len(cases)], settings.C_trav, settings.C_isect)
-                return self.planes.picture(PlaneSettings(*knobs))
-            assert self.decision is not None
-            name = cases[number]
-            knob = DecisionSettings(name) if name in PLANES else LevelSettings(name)
-            return self.decision.picture(knob)
-
-    return exhibit_of_play(
-        "split_planes",
-        "Split Planes",
-        "Candidate planes of the root: N_L, N_R, p_L, p_R and Cost, and the curve of cost",
-        len(cases) + len(places),
-        Both,
-        int,
-        tuple(range(len(cases))) or middles,
-    )

@@ -37,7 +37,6 @@ from .drawing import (
     solid,
     some_of,
 )
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .moves import enlarged_beside
 from .picture import Picture, Row
@@ -244,19 +243,3 @@ LESSONS = (
         film="split",
     ),
 )
-
-
-def spatial_splits(structure: BVH, log: BuildLog) -> list[Exhibit]:
-    """Return the lesson as an exhibit, if triangles were cut."""
-    if structure.parts is None:
-        return []
-    count = len(spatial_events(structure, log, descent_of(log, len(structure.scene))))
-    exhibit = exhibit_of_play(
-        "spatial_splits",
-        "Spatial Splits",
-        "Planes of SBVH that cut triangles: clipped boxes, and triangles referenced on both sides",
-        count,
-        lambda progress: SpatialSplits(structure, log, progress),
-        Settings,
-    )
-    return [exhibit] if count else []

@@ -15,7 +15,7 @@ import numpy as np
 from ..contract.structure import Structure
 from ..geometry.geometry import hulls_of
 from ..geometry.kinds import COMBINED, KINDS
-from ..progress import SILENT, Progress
+from ..progress import Progress
 from ..sah.line_sample import (
     Ball,
     LineSample,
@@ -26,11 +26,9 @@ from ..sah.line_sample import (
 )
 from ..sah.timing import affordable
 from ..settings import setting
-from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.fit import fit_all
 from .around import edges_of, hull_surface
-from .drawing import BLUE, GREEN, GREY, ORANGE, Lines, coloured, frame_of, picture_of
-from .exhibit import Exhibit, Frame, Once
+from .drawing import BLUE, GREEN, GREY, ORANGE, Lines, coloured, picture_of
 from .lesson import Lesson, Play, Subject
 from .picture import Picture, Row
 
@@ -176,37 +174,3 @@ LESSONS = (
         replays=("volume",),
     ),
 )
-
-
-# ------------------------------------------------------------------------------------- the exhibit
-
-
-VIEWS = tuple(DIRECTIONS[name][0] for name in ("all", "x", "y", "z"))
-"""What the exhibit shows of each kind."""
-
-
-def volume_efficiency(structure: BVH, kinds: Sequence[str] = ()) -> Exhibit:
-    """Return the exhibit: kinds of volumes, one after the other, each in every view.
-
-    Without `kinds` all of them, that of the settings first.
-    """
-    kinds = kinds or sorted(KINDS, key=lambda kind: kind != structure.settings.volume)
-    names = tuple(DIRECTIONS)[: len(VIEWS)]
-
-    def shares_of(kind: str) -> Once[Shares]:
-        return Once(lambda progress: Shares(structure, kind, names, progress))
-
-    shares = {kind: shares_of(kind) for kind in kinds}
-
-    def frame(number: int, progress: Progress = SILENT) -> Frame:
-        found = shares[kinds[number // len(VIEWS)]](progress)
-        name = names[number % len(VIEWS)]
-        return frame_of(found.parts(name), found.caption(name))
-
-    return Exhibit(
-        "volume_efficiency",
-        "Volume Efficiency",
-        "Lines that miss a volume, that hit it in vain, and that hit the object, for every kind",
-        len(kinds) * len(VIEWS),
-        frame,
-    )

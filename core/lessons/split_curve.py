@@ -19,7 +19,7 @@ import numpy as np
 from ..contract.build_log import BuildLog
 from ..geometry.box_shape import box_segments
 from ..progress import Progress
-from ..sah.split_curve import SplitCurve, has_curves, split_curve
+from ..sah.split_curve import SplitCurve, split_curve
 from ..scene import Scene
 from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
@@ -38,7 +38,6 @@ from .drawing import (
     picture_of,
     some_of,
 )
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 from .splits import was_split_by_cost
@@ -224,19 +223,3 @@ LESSONS = (
         film="node",
     ),
 )
-
-
-def cost_curve(bvh: BVH, log: BuildLog) -> list[Exhibit]:
-    """Return the lesson as an exhibit, if the builder chose among candidates by cost."""
-    if not has_curves(bvh):
-        return []
-    return [
-        exhibit_of_play(
-            "cost_curve",
-            "Cost Curve",
-            "Cost of all candidates of a split, by their position; the one that was taken",
-            len(nodes_of(bvh)),
-            lambda progress: CostCurve(bvh, log, progress),
-            Settings,
-        )
-    ]

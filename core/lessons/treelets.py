@@ -38,10 +38,8 @@ from .drawing import (
     extent_of,
     picture_of,
 )
-from .exhibit import Exhibit, exhibit_of_play
 from .lesson import Lesson, Play, Subject
 from .moves import (
-    MOST_MOVES,
     around,
     enlarged_beside,
     moves_made,
@@ -278,16 +276,3 @@ LESSONS = (
         film="move",
     ),
 )
-
-
-def treelets(bvh: BVH, log: BuildLog) -> Exhibit:
-    """Return the lesson as an exhibit, two frames each: before and after."""
-    shown = min(moves_made(log), MOST_MOVES)
-    return exhibit_of_play(
-        "treelets",
-        "Treelets",
-        f"Treelets before and after: the {shown} that gained most, and their trees",
-        2 * shown,
-        lambda progress: Treelets(bvh, log, progress, "Treelet"),
-        lambda number: Settings(number // 2, number % 2 == 1),
-    )

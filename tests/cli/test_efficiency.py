@@ -19,7 +19,7 @@ def test_outputs(run, obj, tmp_path):
     assert float(rows[0]["B_ns"]) == records[0]["B_ns"] > 0.0
     page = (tmp_path / "page" / "index.html").read_text()
     assert page.count("<figure>") == 2 * 4
-    assert (tmp_path / "page" / "sphere-lines_along_y.png").stat().st_size > 0
+    assert (tmp_path / "page" / "sphere-y.png").stat().st_size > 0
 
 
 def test_directions(run, obj):

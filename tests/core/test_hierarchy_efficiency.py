@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from accelscope.core.lessons import exhibits_of
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh.figures.efficiency import hierarchy_efficiency
 from accelscope.core.structures.bvh.figures.overlap import sibling_overlap
@@ -113,19 +112,3 @@ def test_figures_of_cells_and_statistics_agree(lab, build):
     assert (attributes["gain"][inner] <= 0).sum() == figures.extra["nodes_not_paying"]
     assert attributes["overlap"][inner].mean() == pytest.approx(figures.extra["overlap"])
     assert 0.0 < figures.extra["overlap"] < 1.0
-
-
-@pytest.mark.parametrize("name", ["nodes_not_paying", "overlapping_siblings"])
-def test_exhibits_of_any_scene(lab, build, scene_name, name):
-    structure = build("bvh", lab.small_scene(scene_name), "max_leaf_size=1")
-    exhibit = next(each for each in exhibits_of(structure) if each.name == name)
-    assert exhibit.count >= 1
-    for number in range(exhibit.count):
-        frame = exhibit.frame(number)
-        assert np.isfinite(frame.segments).all()
-        assert len(frame.colours) == len(frame.segments) <= 20_000
-        assert frame.caption
-    # Where most is lost comes first.
-    if name == "nodes_not_paying" and exhibit.count > 1:
-        paying = [": it pays" in exhibit.frame(i).caption for i in range(1, exhibit.count)]
-        assert paying == sorted(paying)

@@ -8,7 +8,6 @@ from accelscope.core.evaluation.records.efficiency import (
     table,
 )
 from accelscope.core.geometry.kinds import KINDS
-from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import SILENT
 from accelscope.core.sah.line_sample import (
     Ball,
@@ -116,14 +115,3 @@ def test_records_and_table(lab):
     lines = table(records).splitlines()
     assert len(lines) == 4
     assert "pA/pB 1x1x0" in lines[0]
-
-
-def test_exhibit(lab, build, scene_name):
-    structure = build("bvh", lab.small_scene(scene_name), "volume=kdop14")
-    exhibit = next(each for each in exhibits_of(structure) if each.name == "volume_efficiency")
-    assert exhibit.count == 4 * len(KINDS)
-    for number in range(4):
-        frame = exhibit.frame(number)
-        assert frame.caption.startswith("kdop14, ")
-        assert np.isfinite(frame.segments).all()
-        assert len(frame.colours) == len(frame.segments)

@@ -22,7 +22,6 @@ from accelscope.core.geometry.kinds import COMBINED, KINDS
 from accelscope.core.geometry.obb import OBBs
 from accelscope.core.geometry.rays import ALL, Rays
 from accelscope.core.geometry.sphere import Spheres
-from accelscope.core.lessons import exhibits_of
 from accelscope.core.progress import SILENT
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structures
@@ -481,16 +480,3 @@ def test_cells_have_the_shape_of_volumes_up_to_a_number(lab, build, monkeypatch)
     assert np.array_equal(np.unique(owners), places)
     assert len(triangles) == len(owners)
     assert np.array_equal(cells.attributes()["area"], tree.areas[cells.numbers])
-
-
-def test_levels_of_kdops_side_by_side(lab, build):
-    tree = build("bvh", lab.small_scene("suzanne"))
-    exhibit = next(each for each in exhibits_of(tree) if each.name == "kdop_levels")
-    assert exhibit.count == 4
-    for level in range(4):
-        frame = exhibit.frame(level)
-        assert frame.segments.shape == (len(frame.colours), 2, 3)
-        noun = "volume" if level == 0 else "volumes"
-        assert frame.caption.startswith(f"Level {level}: {2**level} {noun};")
-    single = build("bvh", lab.small_scene("one"))
-    assert next(each for each in exhibits_of(single) if each.name == "kdop_levels").count == 1

@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
-from ...lessons.solid_efficiency import VIEWS, volume_efficiency
+from ...lessons.lesson import Subject
+from ...lessons.solid_efficiency import Settings, play
+from ...progress import SILENT
 from ...scene import Scene
 from ...structures.bvh import BVH
 from ..records.efficiency import COLUMNS
 from ..records.report import Record, failure, write_text
 from .lesson_page import REDUCTION
+from .lesson_pictures import LessonPainter
 from .page import columns_table, figure_tags, page_of
-from .picture_cameras import camera_around, picture_camera
 from .png import write_png
-from .view import View
+
+VIEWS = "all", "x", "y", "z"
+"""Directions of the lines in pictures."""
 
 
 def write_page(folder: Path, scene: Scene, records: Sequence[Record]) -> None:
@@ -29,16 +31,19 @@ def write_page(folder: Path, scene: Scene, records: Sequence[Record]) -> None:
         is shown.
     """
     kinds = [record["volume"] for record in records if "error" not in record]
-    exhibit = volume_efficiency(BVH.build(scene, BVH.Settings()), kinds)
-    frames = [exhibit.frame(number) for number in range(exhibit.count)]
-    points = np.concatenate([frame.segments.reshape(-1, 3) for frame in frames])
-    view = View(scene, camera_around(picture_camera(scene), points), REDUCTION)
+    subject = Subject(scene, (BVH.build(scene, BVH.Settings()),))
+    shown = []
+    for kind in kinds:
+        played = play(subject, Settings(volume=kind), SILENT)
+        shown += [
+            (kind, view, played.picture(Settings(volume=kind, direction=view))) for view in VIEWS
+        ]
+    painter = LessonPainter(scene, [picture for _, _, picture in shown], REDUCTION)
     figures = []
-    for number, frame in enumerate(frames):
-        kind, name = kinds[number // len(VIEWS)], VIEWS[number % len(VIEWS)]
-        file = f"{kind}-{name.replace(' ', '_')}.png"
-        write_png(folder / file, view.with_lines(frame.segments, frame.colours))
-        figures.append((file, frame.caption))
+    for kind, view, picture in shown:
+        file = f"{kind}-{view}.png"
+        write_png(folder / file, painter.paint(picture))
+        figures.append((file, picture.caption))
     table = columns_table([title for title, _ in COLUMNS], [cells_of(each) for each in records])
     body = f'{ABOUT}{table}{COLOURS}<div class="frames">{figure_tags(figures)}</div>'
     write_text(

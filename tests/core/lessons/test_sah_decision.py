@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from accelscope.core.lessons.drawing import BLUE, ORANGE, RED
-from accelscope.core.lessons.sah_decision import split_planes
 from accelscope.core.sah.worked_example import PRINTED
 
 # N_L, N_R, p_L, p_R, Cost as the slides print them.
@@ -51,13 +50,3 @@ def test_on_any_mesh_the_planes_lie_at_the_same_shares(lab, play_lesson, name):
         picture = level.picture(planes=planes)
         assert np.isfinite(picture.points()).all()
         assert "undivided" in picture.caption
-
-
-def test_planes_as_an_exhibit(lab, build, scene_name):
-    exhibit = split_planes(build("bvh", lab.small_scene(scene_name), "bins=3"))
-    for number in range(exhibit.count):
-        assert exhibit.frame(number).caption
-    if scene_name == "sah_example":
-        captions = [exhibit.frame(i).caption for i in range(6)]
-        for name, caption in zip(PRINTED, captions, strict=True):
-            assert caption.startswith(f"Cost({name}) = ")
