@@ -161,10 +161,10 @@ LESSONS = (
         begin="Of the rays that hit the volume, only some hit the object: the others were tested "
         "in vain",
         look_for="Orange lines are the empty corners of the volume; a tighter kind turns them grey",
-        question="Can pA/pB be 1 for an object that is not convex?",
-        answer="For all directions not with a convex volume: there are lines through the hull "
-        "that pass a hollow or a hole. Along a single direction it can, where the object's "
-        "shadow fills that of the volume",
+        question="Which convex volume has the largest pA/pB, and when is it 1?",
+        answer="The convex hull: every convex volume contains it, and whoever hits the object hits "
+        "the hull. It is 1 if no line passes through the hull without hitting, so for every convex "
+        "object, but not for one with a hole",
         source="sah.line_sample",
         sample="suzanne:subdivisions=1",
         structures=("bvh",),

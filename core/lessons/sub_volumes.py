@@ -80,7 +80,10 @@ class SubVolumes(Play):
     hits : dict of str to (n,) bool
         Which of them hit C.
     parts_hit : dict of str to (n, k) bool
-        Which hit each C_i.
+        Which hit each C_i, too.
+    are_within : bool
+        Whether volumes of this kind lie within those of their parents, which p_i = S_i / S takes
+        for granted.
     """
 
     def __init__(self, bvh: BVH, progress: Progress) -> None:
@@ -89,6 +92,7 @@ class SubVolumes(Play):
         self.ends = {"part": len(self.nodes) - 1}
         volumes = bvh.arrays.volumes
         self.volumes = [volumes._replace(rows=volumes.rows[[node]]) for node in (0, *self.nodes)]
+        self.are_within = hasattr(volumes, "contain")
         self.edges = [edges_of(each)[0] for each in self.volumes]
         self.surfaces = [surface_of(each) for each in self.volumes]
         self.areas = np.array([float(each.areas()[0]) for each in self.volumes])
@@ -99,8 +103,7 @@ class SubVolumes(Play):
             rays = lines_through(ball, direction)
             hits = np.stack([volume_hits(rays, bvh, each) for each in self.volumes], axis=1)
             self.lines[name] = chords(rays)
-            # A line through C_i hits C, of which it is a part.
-            self.hits[name], self.parts_hit[name] = hits.any(axis=1), hits[:, 1:]
+            self.hits[name], self.parts_hit[name] = hits[:, 0], hits[:, 1:] & hits[:, :1]
             seen = self.areas if direction is None else self.shadows(direction)
             share = np.ones(len(self.nodes)) if not seen[0] > 0.0 else seen[1:] / seen[0]
             self.expected[name] = share
@@ -184,6 +187,11 @@ class SubVolumes(Play):
         rows.append(
             Row("Off by", f"{within:.2f} standard errors", f"p_{part}; beyond 2 once in 20 times")
         )
+        if not self.are_within:
+            rows.append(
+                Row("Sticking Out", "possible", "Such volumes need not lie within that of the "
+                    f"parent: {symbol} is not quite p_i")
+            )  # fmt: skip
         return picture_of(parts, caption, marks=marks, rows=rows)
 
     def on_page(self, lesson: Lesson, settings: Settings) -> list[Any]:
