@@ -161,7 +161,7 @@ QUICK = "levels", "ray"
 OF_LESSONS = {
     "end_lesson", "explain_figure", "film_on_timeline", "open_lesson_image", "pick_ray",
     "play_film", "play_lesson", "read_source", "step_film", "step_lesson", "step_this_ray",
-    "use_my_mesh", "view_lesson",
+    "use_my_mesh", "use_this_view", "view_lesson",
 }  # fmt: skip
 """Operators that go on with a lesson: see test_lessons.py and test_rays_of_lessons.py."""
 
