@@ -9,7 +9,7 @@ import bpy
 
 from ..addon import jobs
 from ..addon.drawing.selection import Shown
-from ..addon.results import session
+from ..addon.results import lesson_view, session
 from ..core.errors import InputError
 from ..core.progress import Progress
 
@@ -19,8 +19,8 @@ class ACCELSCOPE_OT_bake(jobs.JobOperator, bpy.types.Operator):
     bl_label = "Bake to Meshes"
     bl_description = (
         "Make a mesh object of the edges of the cells that are shown, with depth and other "
-        "figures as attributes, in the collection AccelScope; and another of the ray or cone that "
-        "is stepped through. Esc stops it"
+        "figures as attributes, in the collection AccelScope; and another of the lines of the "
+        "lesson on your mesh. Esc stops it"
     )
     bl_options = {"REGISTER", "UNDO"}
 
@@ -47,7 +47,7 @@ class ACCELSCOPE_OT_bake(jobs.JobOperator, bpy.types.Operator):
         assert drawable is not None
         shown = Shown.by(context.scene.accelscope.display)
         scene, name = context.scene, f"{built.structure.label} Cells"
-        path, label = session.current.path(), built.structure.label
+        lesson = lesson_view.current.lines_in(context.scene)
         # A thread must not touch the operator itself.
         self.errands = errands = jobs.Errands()
         begun: list[Any] = []
@@ -55,8 +55,9 @@ class ACCELSCOPE_OT_bake(jobs.JobOperator, bpy.types.Operator):
 
         def work(progress: Progress) -> str:
             meshes = [(name, bake.edges_of(drawable, shown, progress))]
-            if path is not None:
-                meshes.append((f"{label} Walk", bake.edges_of_path(*path)))
+            if lesson is not None:
+                label, *lines = lesson
+                meshes.append((label, bake.edges_of_path(*lines)))
             made = []
             for object_name, edges in meshes:
                 making = bake.making(scene, edges, object_name)

@@ -7,8 +7,9 @@ from typing import Any
 import bpy
 
 from ..addon import jobs
-from ..addon.results import lesson_view
+from ..addon.results import lesson_view, session
 from ..addon.results.lesson_view import Ready
+from ..addon.results.outcome import drawable_since
 from ..core.progress import Progress
 
 
@@ -42,19 +43,26 @@ class ACCELSCOPE_OT_play_lesson(jobs.JobOperator, bpy.types.Operator):
         assert subject is not None
         settings = lesson_view.settings_of(context.scene, lesson)
 
-        def work(progress: Progress) -> Ready:
+        built = session.current.built
+        given = [s for s in subject.structures if built is not None and s is built.structure]
+        made = given[0].made() if given else None
+
+        def work(progress: Progress) -> tuple[Ready, Any]:
             progress.report(0, 1, "Preparing the picture")
             with announcing(progress, "the lesson"):
                 play = lesson.play(subject, settings, progress)
-            return Ready(lesson, subject, play, settings)
+            drawable = drawable_since(given[0], made, progress) if given else None
+            return Ready(lesson, subject, play, settings), drawable
 
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        view, owner = lesson_view.current, lesson_view.owner_scene()
-        if owner is not None and result.subject is view.subject:  # no other lesson has come since
-            view.keep_play(result)
+        view, owner, (ready, drawable) = lesson_view.current, lesson_view.owner_scene(), result
+        if owner is not None and ready.subject is view.subject:  # no other lesson has come since
+            view.keep_play(ready)
             view.follow(owner)
+            if drawable is not None:
+                session.current.set_cells(drawable)
         return ""
 
 

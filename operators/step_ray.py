@@ -1,25 +1,24 @@
-"""Record one of the traced rays, or a cone around it, step by step, and show its path."""
+"""Step through one of the traced rays: the lesson on a ray, about what was built."""
 
 from __future__ import annotations
 
 import bpy
 
 from ..addon import jobs
-from ..addon.drawing.drawable import make_drawable
-from ..addon.results import session
-from ..addon.settings import properties
-from ..core.errors import InputError
-from ..core.printing import printable
+from ..addon.results import lesson_view, session
+from .teach import BUILT
+
+LESSON = "ray"
 
 
 class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
     bl_idname = "accelscope.step_ray"
     bl_label = "Step Ray"
     bl_description = (
-        "Trace one of the rays again, recording every step: the cells it enters, "
+        "Teach A Ray, Event by Event on the rays that were traced: the cells one of them enters, "
         "the triangles it tests, its hit; or a cone around it, and what it meets"
     )
-    bl_options = {"REGISTER"}
+    bl_options = {"INTERNAL"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -28,29 +27,14 @@ class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
         if session.current.traced is None:
             cls.poll_message_set("Trace rays first")
             return False
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Go to object mode")
+            return False
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        built, traced = session.current.built, session.current.traced
-        assert built is not None
-        assert traced is not None
-        index = context.scene.accelscope.ray_index
-        angle = context.scene.accelscope.cone_angle
-        made = built.structure.made()
-        try:
-            if angle:
-                _, steps = built.structure.cover(traced.rays, index, angle)
-            else:
-                steps = built.structure.record(traced.rays, index)
-        except InputError as error:
-            self.report({"ERROR"}, printable(f"{error}; or set Cone to 0"))
-            return {"CANCELLED"}
-        if built.structure.made() != made:  # a cone enters more than its ray has
-            session.current.set_cells(make_drawable(built.structure.cells()))
-        session.current.set_steps(index, steps, angle)
-        session.current.draw_paths(properties.event_shown(context.scene.accelscope))
-        text = f"Ray {index}: {len(steps)} events; {session.current.hit_text()}"
-        self.report({"INFO"}, printable(text))
+        context.scene.accelscope.teaching.lesson = LESSON
+        lesson_view.ask("teach", context.scene, subject=BUILT)
         return {"FINISHED"}
 
 

@@ -13,14 +13,16 @@ from ..addon.drawing.viewport import largest, turn_to_front
 from ..addon.from_blender import extraction
 from ..addon.results import film, lesson_view, session
 from ..addon.results.lesson_view import Ready
+from ..addon.results.outcome import drawable_since
 from ..addon.to_blender import lesson_scene
 from ..core.progress import Progress
 
-SAMPLE, MESH = "SAMPLE", "MESH"
+SAMPLE, MESH, BUILT = "SAMPLE", "MESH", "BUILT"
 
 SUBJECTS = [
     (SAMPLE, "Sample", "The sample scene of the lesson, in a scene of its own"),
     (MESH, "My Mesh", "The selected objects, or all that are visible if none is selected"),
+    (BUILT, "What Was Built", "The structure that was built, and the rays that were traced"),
 ]
 
 
@@ -68,12 +70,14 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
 
         lesson = lesson_view.chosen(context.scene)
         settings = lesson_view.settings_of(context.scene, lesson)
-        root, is_own = context.scene.accelscope, self.subject == MESH
+        root, is_own = context.scene.accelscope, self.subject != SAMPLE
         taken, given = None, []
-        traced, ray = session.current.traced, root.ray_index
+        traced = session.current.traced
         history = session.current.history
         sample, sample_settings = sample_and_settings(lesson.sample)
-        if is_own:
+        if self.subject == BUILT and session.current.built is not None:
+            given = [session.current.built.structure]
+        elif is_own:
             given = session.current.given_for(lesson, context)
         if is_own and not given:
             has_selected = extraction.has_members(context.view_layer, extraction.SELECTED)
@@ -84,7 +88,9 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
         if given and session.current.snapshot is not None:
             look = session.current.snapshot.look
 
-        def work(progress: Progress) -> tuple[Ready, Any, str, Any]:
+        made = given[0].made() if given else None
+
+        def work(progress: Progress) -> tuple[Ready, Any, str, Any, Any]:
             items, label = None, ""
             progress.report(0, 1, "Preparing the lesson")
             if given:
@@ -97,17 +103,20 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
             with announcing(progress, "the lesson"):
                 subject = lesson.subject(scene, progress, given)
                 if given and traced is not None:
-                    subject = dataclasses.replace(subject, rays=traced.rays, ray=ray)
+                    subject = dataclasses.replace(subject, rays=traced.rays)
                 if is_own and lesson.takes_frames:
                     subject = dataclasses.replace(subject, history=history)
                 play = lesson.play(subject, settings, progress)
-            return Ready(lesson, subject, play, settings), items, label, look
+            drawable = drawable_since(given[0], made, progress) if given else None
+            return Ready(lesson, subject, play, settings), items, label, look, drawable
 
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        ready, items, label, session.current.lesson_look = result
+        ready, items, label, session.current.lesson_look, drawable = result
         session.current.watch()
+        if drawable is not None:
+            session.current.set_cells(drawable)
         view, before = lesson_view.current, context.scene
         if label:
             owner = lesson_scene.open_scene(context.window, ready.subject.scene, label, items)

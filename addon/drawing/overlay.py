@@ -1,4 +1,4 @@
-"""The overlay: cells and ray paths over the scene in every 3D viewport.
+"""The overlay: cells over the scene in every 3D viewport.
 
 Cells are uploaded once, at the first draw after :func:`set_cells`, in three sections: leaves with
 primitives, inner nodes, empty leaves, each sorted by depth (:mod:`.selection`). So whatever the
@@ -27,12 +27,6 @@ from . import overlay_shader, overlay_upload, selection, shown
 if TYPE_CHECKING:
     from .drawable import Drawable, FaceBatch, LineBatch
 
-RAY_WIDTH = 2.0
-"""Width of a ray's lines in pixels beyond that of cells."""
-
-HIDDEN_OPACITY = 0.25
-"""Opacity of those parts of a ray that lie behind something."""
-
 FADED = 0.3
 """How opaque cells are that are not those of the scene any more."""
 
@@ -48,7 +42,6 @@ class _Tools(NamedTuple):
 
     cells_shader: gpu.types.GPUShader
     faces_shader: gpu.types.GPUShader
-    paths_shader: gpu.types.GPUShader
     cube: gpu.types.GPUBatch
     edge: gpu.types.GPUBatch
     triangle: gpu.types.GPUBatch
@@ -104,21 +97,6 @@ class _Drawn:
         return self._faces(self.drawable.empty_faces)
 
 
-class _Ray:
-    """Thick lines of all colours, uploaded at the first draw."""
-
-    def __init__(self, segments: np.ndarray, colours: np.ndarray) -> None:
-        self.segments = np.asarray(segments, dtype=np.float32).reshape(-1, 2, 3)
-        self.colours = np.asarray(colours, dtype=np.float32).reshape(len(self.segments), 4)
-
-    @cached_property
-    def batch(self) -> gpu.types.GPUBatch:
-        """The lines."""
-        _overlay.uploads += 1
-        ends = self.segments[:, 0], self.segments[:, 1]
-        return overlay_upload.line_batch(*ends, self.colours)
-
-
 class _Overlay:
     """The one overlay of this Blender."""
 
@@ -131,7 +109,6 @@ class _Overlay:
         self.without_cells = 0
         self.is_stale: Callable[[bpy.types.Context], bool] = lambda context: False
         self.strength = 1.0
-        self.ray: _Ray | None = None
 
 
 _overlay = _Overlay()
@@ -158,7 +135,6 @@ def disable() -> None:
     _overlay.tools = None
     set_cells(None)
     hide_cells_in(0)
-    set_ray(None)
 
 
 def set_cells(drawable: Drawable | None) -> None:
@@ -176,23 +152,6 @@ def fade_if(is_stale: Callable[[bpy.types.Context], bool]) -> None:
 def hide_cells_in(owner: int) -> None:
     """Leave out the cells in one of Blender's scenes, by its session id; 0 is none of them."""
     _overlay.without_cells = owner
-    tag_redraw()
-
-
-def set_ray(segments: np.ndarray | None, colours: np.ndarray | None = None) -> None:
-    """Show these thick lines from the next draw on, or none.
-
-    Parameters
-    ----------
-    segments : (k, 2, 3) array_like of float, or None
-        Both ends of each line in world space.
-    colours : (k, 4) array_like of float
-        sRGB and opacity of each line.
-    """
-    _overlay.failed = False
-    _overlay.ray = None
-    if segments is not None and colours is not None and len(segments):
-        _overlay.ray = _Ray(segments, colours)
     tag_redraw()
 
 
@@ -239,7 +198,7 @@ def _draw_callback() -> None:
 
 
 def draw(display: Any, pixel_size: float = 1.0, has_cells: bool = True) -> None:
-    """Draw cells and the ray with the current matrices into the current frame buffer.
+    """Draw the cells with the current matrices into the current frame buffer.
 
     Parameters
     ----------
@@ -252,12 +211,13 @@ def draw(display: Any, pixel_size: float = 1.0, has_cells: bool = True) -> None:
     has_cells : bool
         Whether cells are drawn, and the ray that goes through them.
     """
-    if not has_cells or not display.show or (_overlay.drawn is None and _overlay.ray is None):
+    drawn = _overlay.drawn
+    if not has_cells or not display.show or drawn is None:
         return
     if _overlay.tools is None:
         _overlay.tools = _Tools(
             overlay_shader.cells_shader(), overlay_shader.faces_shader(),
-            overlay_shader.paths_shader(), overlay_upload.cube_batch(),
+            overlay_upload.cube_batch(),
             overlay_upload.edge_batch(), overlay_upload.triangle_batch(),
             overlay_upload.ramp_texture(),
         )  # fmt: skip
@@ -267,13 +227,9 @@ def draw(display: Any, pixel_size: float = 1.0, has_cells: bool = True) -> None:
     gpu.state.depth_mask_set(False)
     gpu.state.depth_test_set("LESS_EQUAL")
     try:
-        if _overlay.drawn is not None:
-            # Faces first: lines stay crisp on top of them.
-            _draw_faces(_overlay.tools, _overlay.drawn, display)
-            _draw_lines(_overlay.tools, _overlay.drawn, display, pixel_size)
-        if _overlay.ray is not None:
-            width = (display.line_width + RAY_WIDTH) * pixel_size
-            _draw_ray(_overlay.tools, _overlay.ray, width)
+        # Faces first: lines stay crisp on top of them.
+        _draw_faces(_overlay.tools, drawn, display)
+        _draw_lines(_overlay.tools, drawn, display, pixel_size)
     finally:
         gpu.state.blend_set(before[0])
         gpu.state.depth_test_set(before[1])
@@ -384,11 +340,3 @@ def _draw_run(
         # Our own offset: whether gl_InstanceID counts from instance_start differs.
         shader.uniform_int("first", begin)
         shape.draw_instanced(shader, instance_count=end - begin)
-
-
-def _draw_ray(tools: _Tools, ray: _Ray, width: float) -> None:
-    """Draw the lines of a ray, faint where they lie behind something."""
-    shader = tools.paths_shader
-    shader.bind()
-    overlay_shader.set_view(shader, width)
-    overlay_shader.draw_twice(shader, ray.batch, HIDDEN_OPACITY)

@@ -190,6 +190,13 @@ class LessonView:
         """Say whether a lesson is shown in a scene."""
         return self.lesson is not None and self.owner == scene.session_uid
 
+    def lines_in(self, scene: bpy.types.Scene) -> tuple[str, np.ndarray, np.ndarray] | None:
+        """Return name, segments and colours of what is drawn over the user's own mesh; or None."""
+        picture = self.picture
+        if self.lesson is None or picture is None or not self.is_own or not self.is_in(scene):
+            return None
+        return self.lesson.label, picture.segments, picture.colours
+
     def points(self) -> np.ndarray:
         """Return what the view has to have in it, (n, 3): the scene, and all that is drawn."""
         from ...core.geometry.box_shape import corners_of

@@ -75,6 +75,26 @@ def drawable_if_made(traced: Traced, built: Built, progress: Progress = SILENT) 
     return make_drawable(cells_with_instances(built.structure, progress), progress)
 
 
+def drawable_since(structure: Any, made: Any, progress: Progress = SILENT) -> Drawable | None:
+    """Return the cells anew if a structure has made more of them; None if it has not.
+
+    Parameters
+    ----------
+    made : Made or None
+        What it had made before.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    from ...core.contract.within import cells_with_instances
+
+    if structure.made() == made:
+        return None
+    return make_drawable(cells_with_instances(structure, progress), progress)
+
+
 def seen_from(built: Built, shape: Scene, view: View) -> Built:
     """Return a structure with a camera and lights; rays start from them. Runs in any thread.
 

@@ -8,13 +8,11 @@ and are dropped when another file is loaded. Whether they are still those of the
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
-import numpy as np
 from bpy.app.handlers import persistent
 
 from ...core.errors import InputError
@@ -33,12 +31,10 @@ from .wording import refusal_in_panel
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
     from ...core.contract.cells import Cells
-    from ...core.contract.steps import Steps
     from ...core.contract.structure import Structure
     from ...core.evaluation.records.experiment import Built, Traced
     from ...core.lessons.lesson import Lesson
     from ...core.lessons.moment import Moment
-    from ...core.lessons.ray_path import Walk
 
 
 class Status(NamedTuple):
@@ -62,12 +58,6 @@ class Session:
     record : dict
         The figures, those of the traced rays included.
     traced : Traced
-    steps : Steps
-        The recorded walk of ray number `step_index`,
-    half_angle : float
-        or of a cone around it, half of whose angle this is, in radians.
-    legend : list of (str, str)
-        What is drawn of that walk: names of colours, and texts.
     timeline : list of dict
         The records of the last comparison over the timeline.
     history : list of Moment
@@ -83,10 +73,6 @@ class Session:
     drawable: Drawable | None = None
     record: dict[str, Any] | None = None
     traced: Traced | None = None
-    steps: Steps | None = None
-    step_index: int = -1
-    half_angle: float = 0.0
-    legend: list[tuple[str, str]] = field(default_factory=list)
     timeline: list[dict[str, Any]] = field(default_factory=list)
     history: Sequence[Moment] = ()
     other_view: str = ""
@@ -127,7 +113,9 @@ class Session:
         if self.built is None or self.snapshot is None or not lesson.structures:
             return []
         look, structure = self.snapshot.look, self.built.structure
-        if structure.build_log is None or lesson.suits(structure):
+        # Lessons on a ray look at what it does, not at how that came about.
+        lacks_log = structure.build_log is None and not lesson.takes_ray
+        if lacks_log or lesson.suits(structure):
             return []
         scoped = extraction.objects_in_scope(context.view_layer, extraction.SELECTED)
         selected = {obj.session_uid for obj in scoped}
@@ -149,7 +137,6 @@ class Session:
         self.traced, self.timeline, self.other_view = None, [], ""
         self.history = outcome.history
         self.watch()
-        self._clear_paths()
         overlay.enable()
 
     def set_traced(
@@ -159,52 +146,11 @@ class Session:
         if drawable is not None:
             self.set_cells(drawable)
         self.traced, self.record = traced, record
-        self._clear_paths()
 
     def set_cells(self, drawable: Drawable) -> None:
         """Draw the cells of the structure as they are now that rays have made some."""
         overlay.set_cells(drawable)
         self.drawable = drawable
-
-    def set_steps(self, index: int, steps: Steps, half_angle: float = 0.0) -> None:
-        """Keep the walk of one traced ray, or of a cone around it (half angle in radians)."""
-        self.step_index, self.steps, self.half_angle = index, steps, half_angle
-
-    def path(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the recorded ray or cone as it is drawn, segments and colours; None without."""
-        from ...core.lessons.ray_path import segments_of
-
-        return segments_of(self._walk()) if self.steps is not None else None
-
-    def draw_paths(self, event: int | None = None) -> None:
-        """Draw the recorded ray, up to an event if one is given."""
-        from ...core.lessons.ray_path import legend, segments_of
-
-        if self.steps is None:
-            overlay.set_ray(None)
-            return
-        walk = self._walk()
-        overlay.set_ray(*segments_of(walk, event))
-        self.legend = legend(walk, event)
-
-    def _walk(self) -> Walk:
-        from ...core.lessons.ray_path import Walk
-
-        assert self.built is not None
-        assert self.cells is not None
-        assert self.traced is not None
-        assert self.steps is not None
-        return Walk(
-            self.built.structure, self.cells, self.traced.rays, self.step_index,
-            float(self.traced.hits.t[self.step_index]), self.steps, self.half_angle,
-        )  # fmt: skip
-
-    def _clear_paths(self) -> None:
-        self._forget_paths()
-        overlay.set_ray(None)
-
-    def _forget_paths(self) -> None:
-        self.step_index, self.steps, self.legend = -1, None, []
 
     def clear(self) -> None:
         """Drop all results and stop drawing."""
@@ -213,7 +159,6 @@ class Session:
         self.snapshot = self.built = self.drawable = self.record = self.traced = None
         self.timeline, self.history = [], ()
         self.watch()
-        self._forget_paths()
 
     # Asking.
 
@@ -340,31 +285,6 @@ class Session:
     def notes(self) -> tuple[str, ...]:
         """Return what the file has and the scene that was built over has not, in sentences."""
         return self.snapshot.scene.notes if self.snapshot else ()
-
-    def event_text(self, event: int) -> str:
-        """Say what happens in an event of the recorded ray."""
-        from ...core.lessons.ray_path import event_text
-
-        assert self.steps is not None
-        assert self.built is not None
-        name = self.built.structure.scene.primitive_name
-        return event_text(self.steps, event, name)
-
-    def hit_text(self) -> str:
-        """Say what the recorded ray hits: ``"hits triangle 7 of Cube at t = 2.5"``."""
-        assert self.built is not None
-        assert self.traced is not None
-        if self.half_angle:
-            met, angle = len(self._walk().met()), math.degrees(self.half_angle)
-            return f"with {angle:.3g} degrees around it meets {met} triangles"
-        scene, hits = self.built.structure.scene, self.traced.hits
-        primitive = int(hits.primitive[self.step_index])
-        if primitive < 0:
-            return "hits nothing"
-        name, within = scene.object_of(primitive)
-        return (
-            f"hits {scene.primitive_name} {within} of {name} at t = {hits.t[self.step_index]:.6g}"
-        )
 
 
 def to_words(value: Any) -> str:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -56,25 +55,6 @@ def _redraw(group: Any, context: bpy.types.Context) -> None:
     overlay.tag_redraw()
 
 
-def _redraw_ray(root: Any, context: bpy.types.Context) -> None:
-    session.current.draw_paths(event_shown(root))
-
-
-def event_shown(root: Any) -> int | None:
-    """Return the event up to which the recorded ray is shown; None shows the whole walk."""
-    return root.event if root.step_events and _last_event(root) is not None else None
-
-
-def _last_event(root: Any) -> int | None:
-    steps = session.current.steps
-    return len(steps) - 1 if steps else None
-
-
-def _last_ray(root: Any) -> int | None:
-    traced = session.current.traced
-    return None if traced is None else len(traced.rays) - 1
-
-
 def _deepest(group: Any) -> int | None:
     drawable = session.current.drawable
     return None if drawable is None else drawable.extent.deepest
@@ -89,7 +69,7 @@ def _display_properties() -> dict[str, Any]:
     """Return what decides how cells are drawn; the overlay reads it."""
     return {
         "show": BoolProperty(
-            name="Show Cells", description="Draw the cells and the recorded ray over the scene",
+            name="Show Cells", description="Draw the cells over the scene",
             default=True, update=_redraw,
         ),
         **range_properties(
@@ -305,23 +285,6 @@ def load() -> None:
         ),
         "workloads": PointerProperty(type=make_all("workload", workloads())),
         "display": PointerProperty(type=make("display", _display_properties())),
-        **range_properties(
-            "ray_index", _last_ray, label="Ray",
-            description="Number of the ray to step through; the first is 0",
-        ),
-        "cone_angle": FloatProperty(
-            name="Cone", subtype="ANGLE", default=0.0, min=0.0, max=math.radians(89.0),
-            description="Step a cone around the ray, with this angle between axis and side; "
-            "0 is the ray itself",
-        ),
-        "step_events": BoolProperty(
-            name="Event by Event", description="Show the recorded walk up to one of its events",
-            default=False, update=_redraw_ray,
-        ),
-        **range_properties(
-            "event", _last_event, label="Event",
-            description="Event of the recorded walk; the first is 0", update=_redraw_ray,
-        ),
     }  # fmt: skip
     bpy.types.Scene.accelscope_settings = PointerProperty(type=make("root", root))
 

@@ -117,6 +117,7 @@ class RayWalk(Play):
         progress.report(1, 3, "Recording the ray")
         number = int(order[min(settings.ray, len(rays) - 1)])
         angle, t_hit = math.radians(settings.cone), float(hits.t[number])
+        self.primitive = int(hits.primitive[number])
         if angle:
             _, steps = structure.cover(rays, number, angle)
         else:
@@ -164,10 +165,9 @@ class RayWalk(Play):
         """Say what the ray hits in the end."""
         if not np.isfinite(self.walk.t_hit):
             return "nothing"
-        last = self.walk.steps.events_of(HIT)
         scene = self.walk.structure.scene
-        number = int(self.walk.steps.primitive[last[-1]]) if len(last) else -1
-        return f"{scene.item_name} {number} at t = {self.walk.t_hit:.6g}"
+        name, within = scene.object_of(self.primitive)
+        return f"{scene.primitive_name} {within} of {name} at t = {self.walk.t_hit:.6g}"
 
     def _tested(self, event: int) -> Lines:
         """Return the volume that an event tests: green if it is hit, red if it is missed."""

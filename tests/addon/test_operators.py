@@ -59,6 +59,13 @@ def test_trace_counts_what_embree_would_hit(bpy: Any, traced: Any, current: Any)
     assert current.record["trace"]["hits"] > 0
 
 
+def lesson() -> Any:
+    """Return what is shown of a lesson."""
+    from accelscope.addon.results import lesson_view
+
+    return lesson_view.current
+
+
 def test_cells_that_rays_make_are_shown(bpy: Any, monkey: Any, root: Any, current: Any) -> None:
     root.structure, root.workload = "grid", "random_lines"
     root.structures.grid.lazy = True
@@ -69,13 +76,12 @@ def test_cells_that_rays_make_are_shown(bpy: Any, monkey: Any, root: Any, curren
     made = current.record["trace"]["lazy"]["cells"]
     assert current.cells.extra["is_made"].sum() == made > 0
     assert current.record["statistics"]["cells_made"] == made
-    root.ray_index = 2
+    root.lessons.ray.ray = 2
     bpy.ops.accelscope.step_ray()
-    tally = current.steps.tally()
+    tally = lesson().play.walk.steps.tally()
     assert tally == {name: current.traced.counters[name][2] for name in tally}
     assert current.built.structure.made().cells == made
-    root.cone_angle = 0.3
-    bpy.ops.accelscope.step_ray()
+    root.lessons.ray.cone = 17.0
     assert current.built.structure.made().cells > made
     assert current.cells.extra["is_made"].sum() == current.built.structure.made().cells
 
@@ -98,18 +104,29 @@ def test_trace_uses_the_camera_where_it_is_now(
 def test_step_ray_records_what_the_batch_counted(
     bpy: Any, traced: Any, root: Any, current: Any
 ) -> None:
-    index = int(np.flatnonzero(current.traced.hits.primitive >= 0)[0])
-    root.ray_index = index
-    assert bpy.ops.accelscope.step_ray() == {"FINISHED"}
-    tally = current.steps.tally()
-    assert tally == {name: int(current.traced.counters[name][index]) for name in tally}
-    assert current.hit_text().startswith("hits triangle")
+    for index in np.flatnonzero(current.traced.hits.primitive >= 0)[:3]:
+        root.lessons.ray.ray = index
+        assert bpy.ops.accelscope.step_ray() == {"FINISHED"}
+        assert lesson().subject.structures[0] is current.built.structure
+        tally = lesson().play.walk.steps.tally()
+        assert tally == {name: int(current.traced.counters[name][index]) for name in tally}
 
 
 def test_the_number_of_the_ray_ends_with_the_rays(bpy: Any, traced: Any, root: Any) -> None:
-    root.ray_index = 500
-    assert root.ray_index == 499
+    bpy.ops.accelscope.step_ray()
+    root.lessons.ray.ray = 500
+    assert root.lessons.ray.ray == 499
+
+
+def test_what_was_built_is_stepped_through_though_it_is_out_of_date(
+    bpy: Any, traced: Any, root: Any, current: Any
+) -> None:
+    traced.location.x = 5.0
+    bpy.context.view_layer.update()
     assert bpy.ops.accelscope.step_ray() == {"FINISHED"}
+    assert lesson().subject.structures[0] is current.built.structure
+    current.lesson_look.compare(bpy.context.evaluated_depsgraph_get())
+    assert "has moved" in current.lesson_change(bpy.context)
 
 
 def test_path_ends_at_the_hit_and_shows_the_nodes(bpy: Any, traced: Any, current: Any) -> None:
@@ -271,27 +288,14 @@ def test_clear_drops_everything(bpy: Any, traced: Any, current: Any) -> None:
 
 
 def test_the_recorded_ray_event_by_event(bpy: Any, traced: Any, root: Any, current: Any) -> None:
-    from accelscope.addon.drawing import overlay
-
-    def drawn() -> np.ndarray:
-        return overlay._overlay.ray.segments
-
-    root.ray_index = int(np.flatnonzero(current.traced.hits.primitive >= 0)[0])
+    knobs = root.lessons.ray
+    knobs.ray = int(np.flatnonzero(current.traced.hits.primitive >= 0)[0])
     bpy.ops.accelscope.step_ray()
-    whole = len(drawn())
-    count = len(current.steps)
-    root.event = 0
-    assert len(drawn()) == whole  # not asked for
-    root.step_events = True
-    assert len(drawn()) < whole
-    first = current.legend
-    root.event = 10**6  # there are no more than there are
-    assert len(drawn()) >= whole
-    assert current.legend != first
-    assert current.event_text(count - 1)
-    root.step_events = False
-    assert len(drawn()) == whole
-    # Without a recorded ray the settings do no harm.
-    bpy.ops.accelscope.clear()
-    root.step_events = True
-    root.event = 3
+    last = len(lesson().play.walk.steps) - 1
+    knobs.event = 0
+    first = lesson().picture.caption
+    knobs.event = 10**6  # there are no more than there are
+    assert knobs.event == last
+    assert lesson().picture.caption != first
+    knobs.whole = True
+    assert len(lesson().picture.segments) > 10

@@ -392,18 +392,16 @@ def test_filters_take_away_what_they_say_and_upload_nothing(canvas):
 def test_uploads_are_lazy_and_only_for_new_geometry(canvas):
     before = overlay.uploads()
     set_cells(random_cells(50))
-    overlay.set_ray([[(0, 0, 0), (1, 1, 1)]], [(1, 1, 1, 1)])
     assert overlay.uploads() == before
     for view in (OBLIQUE, FROM_FRONT):  # two viewports
         canvas.draw(display(), view)
-    assert overlay.uploads() == before + 2
+    assert overlay.uploads() == before + 1
     set_cells(random_cells(50))
     canvas.draw(display())
-    assert overlay.uploads() == before + 3
+    assert overlay.uploads() == before + 2
     overlay.set_cells(None)
-    overlay.set_ray(None)
     assert canvas.draw(display()).max() == 0.0
-    assert overlay.uploads() == before + 3
+    assert overlay.uploads() == before + 2
 
 
 def test_a_hundred_thousand_boxes_each_at_its_place(canvas):
@@ -490,19 +488,8 @@ def test_the_scene_hides_what_lies_behind_it(canvas, projection):
     assert 0.4 * right < left < 0.95 * right or projection[3][3]
 
 
-def test_paths_shine_through_faintly(canvas):
-    overlay.set_ray([[(-1, 0, 0), (1, 0, 0)]], [(1.0, 0.5, 0.25, 0.8)])
-    picture = canvas.draw(display(), FROM_FRONT, before=lambda: wall(-1.0))
-    row = picture[HEIGHT // 2]
-    np.testing.assert_allclose(
-        row[WIDTH // 2 + 20], [0.8, 0.4, 0.2], atol=0.01
-    )  # three pixels wide: the middle is covered in full
-    np.testing.assert_allclose(row[WIDTH // 2 - 20], [0.2, 0.1, 0.05], atol=0.01)
-
-
 def test_the_state_of_the_graphics_card_is_given_back(canvas):
     set_cells(random_cells(20))
-    overlay.set_ray([[(0, 0, 0), (1, 1, 1)]], [(1, 1, 1, 1)])
     states = []
 
     def read():
@@ -554,7 +541,6 @@ def test_extreme_sizes_are_drawn(canvas, size):
 
 def test_no_cells_draw_nothing(canvas):
     set_cells(make_cells(np.zeros((0, 6))))
-    overlay.set_ray(np.zeros((0, 2, 3)), np.zeros((0, 4)))
     assert canvas.draw(display()).max() == 0.0
 
 

@@ -107,7 +107,7 @@ def offscreen():
     picture_overlay.hide()
 
 
-def drawn(offscreen, picture, on_screen=False, is_bright=False, is_large=False):
+def drawn(offscreen, picture, on_screen=False, is_bright=False, is_large=False, depth=1.0):
     """Return the picture over the background, (SIZE, SIZE, 3), lowest row first; x and z seen."""
     behind = (1.0, 1.0, 1.0) if is_bright else (0.0, 0.0, 0.0)
     shown = picture_overlay._Drawn(picture, "Heading")
@@ -115,7 +115,7 @@ def drawn(offscreen, picture, on_screen=False, is_bright=False, is_large=False):
     view = Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
     with offscreen.bind():
         frame_buffer = gpu.state.active_framebuffer_get()
-        frame_buffer.clear(color=(*behind, 1.0), depth=1.0)
+        frame_buffer.clear(color=(*behind, 1.0), depth=depth)
         with gpu.matrix.push_pop(), gpu.matrix.push_pop_projection():
             gpu.matrix.load_matrix(view)
             gpu.matrix.load_projection_matrix(Matrix.Diagonal((1.0, 1.0, -0.01, 1.0)))
@@ -147,6 +147,20 @@ def test_faces_have_their_colour_and_opacity(offscreen):
     half = np.broadcast_to((0.5, 0.25, 0.125), (inside.sum(), 3))
     np.testing.assert_allclose(pixels[inside], half, atol=0.01)
     assert pixels[outside].max() == 0.0
+
+
+def test_what_is_hidden_shines_through_faintly(offscreen):
+    segments = np.array([[[-0.8, 0.0, 0.0], [0.8, 0.0, 0.0]]])
+    lines = Picture("a", segments, np.array([[1.0, 0.5, 0.25, 0.8]]))
+    faces = Picture("a", faces=TRIANGLE, face_colours=np.array([[1.0, 0.5, 0.25, 0.8]]))
+    place = SIZE // 2 - 1, SIZE // 2 - 20
+    for picture, share in (
+        (lines, picture_overlay.HIDDEN_OPACITY_OF_FEW), (faces, picture_overlay.HIDDEN_FACES)
+    ):  # fmt: skip
+        seen = drawn(offscreen, picture)[place]
+        hidden = drawn(offscreen, picture, depth=0.0)[place]
+        assert seen[0] > 0.5
+        np.testing.assert_allclose(hidden, share * seen, atol=0.01)
 
 
 def test_bright_lines_are_darker_on_a_bright_background(offscreen):

@@ -16,16 +16,16 @@ def traced(bpy, root):
     root.workloads.random_lines.count = 50
     bpy.ops.accelscope.trace()
     bpy.ops.accelscope.step_ray()
-    root.step_events = True
     return root
 
 
 def ranges(root, current):
     """Return group, name and last value of every such field."""
+    from accelscope.addon.results import lesson_view
+
     extent = current.drawable.extent
     return [
-        (root, "event", len(current.steps) - 1),
-        (root, "ray_index", 49),
+        (root.lessons.ray, "event", len(lesson_view.current.play.walk.steps) - 1),
         (root.display, "depth_min", extent.deepest),
         (root.display, "depth_max", extent.deepest),
         (root.display, "step", extent.last_step),
@@ -54,6 +54,14 @@ def test_sliders_go_through_everything(traced, current):
         assert max(seen) == last
         if last <= 500:
             assert seen == set(range(last + 1)), name
+
+
+def test_the_number_of_the_ray(traced):
+    knobs = traced.lessons.ray  # which plays the lesson anew
+    knobs.ray = 500_000
+    assert (knobs.ray, knobs.ray_share) == (49, 100.0)
+    knobs.ray_share = 0.0
+    assert knobs.ray == 0
 
 
 def test_knobs_of_lessons(bpy, root):
@@ -91,7 +99,7 @@ def test_less_content_pulls_values_in_and_more_lets_them_out(bpy, traced, root, 
 
 
 def test_without_content_nothing_is_cut(bpy, root):
-    root.event = 40
-    assert root.event == 40
+    root.lessons.ray.event = 40
+    assert root.lessons.ray.event == 40
     assert root.display.depth_max == 100
-    assert root.event_share == 0.0
+    assert root.lessons.ray.event_share == 0.0

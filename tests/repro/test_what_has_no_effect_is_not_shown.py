@@ -96,7 +96,6 @@ def test_before_a_build_there_is_no_depth_and_no_ray(draw: Any) -> None:
     assert not active["replay"]
     assert not active["step"]
     assert active["opacity"]
-    assert "ray_index" not in draw("rays").active_of()
 
 
 CUT = "bvh", "kdtree", "octree", "bsp"
@@ -178,15 +177,3 @@ def test_only_what_can_follow_is_refitted(bpy: Any, root: Any, draw: Any) -> Non
         root.structure = name
         operators = draw("build").active_of("operator")
         assert ("accelscope.refit" in operators) == issubclass(entry, Refittable) == (name == "bvh")
-
-
-def test_events(bpy: Any, root: Any, draw: Any) -> None:
-    built(bpy, root, "bvh")
-    root.workload = "random_lines"
-    root.workloads.random_lines.count = 20
-    bpy.ops.accelscope.trace()
-    assert draw("rays").active_of()["ray_index"]
-    bpy.ops.accelscope.step_ray()
-    for is_on in (False, True):
-        root.step_events = is_on
-        assert draw("rays").active_of()["event"] == is_on

@@ -255,10 +255,11 @@ def step_ray() -> Steps:
     """*Step Ray* shows one of those rays: the cells it visits, in order, and where it hits;"""
     traced = results().traced
     hit = int(np.flatnonzero(traced.hits.primitive >= 0)[0])
-    yield from session.enter("ray_index", str(hit))
     yield from session.press("accelscope.step_ray(")
-    yield lambda: results().step_index == hit
-    tally = results().steps.tally()
+    yield lambda: taught("ray")
+    yield from session.enter("lessons.ray.ray", str(hit))
+    yield lambda: running() is None and lesson().settings.ray == hit
+    tally = lesson().play.walk.steps.tally()
     assert tally == {name: int(traced.counters[name][hit]) for name in tally}
     assert tally["N_TS"] > 0
     yield from seen("stepped")
@@ -267,18 +268,18 @@ def step_ray() -> Steps:
 @session.step
 def events() -> Steps:
     """*Event* goes through its walk one event at a time."""
-    yield from session.press("step_events", across=CHECK_BOX)
-    last = len(results().steps) - 1
+    knobs, last = settings().lessons.ray, lesson().play.ends["event"]
     x, y = yield from session.find("event_share", across=SLIDER)
     sidebar = session.region("UI")
     yield from session.drag((x, y), (x + 0.6 * sidebar.width, y))
-    yield lambda: settings().event == last
-    yield from session.enter("event", "9999")
-    yield lambda: settings().event == last
-    yield from session.enter("event", "2")
-    yield lambda: settings().event == 2
+    yield lambda: knobs.event == last
+    yield from session.enter("lessons.ray.event", "9999")
+    yield lambda: knobs.event == last
+    yield from session.enter("lessons.ray.event", "2")
+    yield lambda: knobs.event == 2
     yield from seen("event")
-    settings().step_events = False
+    yield from session.press("accelscope.end_lesson(", across=ALONE)
+    yield lambda: lesson().lesson is None
 
 
 @session.step

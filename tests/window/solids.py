@@ -114,10 +114,14 @@ def walk_through_a_sample() -> Steps:
     settings().workloads.random_lines.count = 200
     bpy.ops.accelscope.trace()
     yield lambda: running() is None and results().traced is not None
-    settings().ray_index = int((results().traced.hits.primitive >= 0).argmax())
+    settings().lessons.ray.ray = int((results().traced.hits.primitive >= 0).argmax())
     bpy.ops.accelscope.step_ray()
-    yield lambda: results().steps is not None
-    assert results().hit_text().startswith("hits item ")
+    lesson = part("addon.results.lesson_view").current
+    yield lambda: running() is None and lesson.picture is not None
+    figures = {row.label: row.text for row in lesson.picture.rows}
+    assert figures["Hit"].startswith("item "), figures
+    settings().lessons.ray.whole = True
+    settings().teaching.hide_cells = False
     settings().display.leaves_only = True
     yield 1.0
     station("ray")

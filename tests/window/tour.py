@@ -17,6 +17,7 @@ import sys
 import time
 from collections.abc import Callable, Generator
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -263,24 +264,38 @@ def trace_random_lines() -> Steps:
     assert results().traced.workload.name == "random_lines"
 
 
+def lesson() -> Any:
+    """Return what is shown of a lesson."""
+    return part("addon.results.lesson_view").current
+
+
+def shown(knob: str, value: float) -> bool:
+    """Say whether the lesson on the ray is shown with a knob at some value."""
+    found = lesson().settings
+    return running() is None and found is not None and getattr(found, knob, None) == value
+
+
 @session.step
 def step_ray() -> Steps:
     """One ray is stepped, and its path is seen over the cells."""
-    display = settings().display
+    display, knobs = settings().display, settings().lessons.ray
     display.leaves_only, display.opacity = True, 0.1
     hit = int(np.flatnonzero(results().traced.hits.primitive >= 0)[3])
     before = session.screenshot("before-the-ray")
-    yield from session.enter("ray_index", str(hit))
     yield from session.press("accelscope.step_ray(")
+    yield lambda: running() is None and lesson().picture is not None
+    settings().teaching.hide_cells = False
+    yield from session.enter("lessons.ray.ray", str(hit))
+    yield lambda: shown("ray", hit)
+    knobs.whole = True
     over_viewport()
     yield 0.5
     station("stepped")
-    assert results().steps is not None
     assert changed(before, taken["stepped"]) > 200
     before.unlink()
     miss = int(np.flatnonzero(results().traced.hits.primitive < 0)[3])
-    settings().ray_index = miss
-    yield from session.press("accelscope.step_ray(")
+    knobs.ray = miss
+    yield lambda: shown("ray", miss)
     over_viewport()
     yield 0.5
     station("stepped-miss")
@@ -289,37 +304,38 @@ def step_ray() -> Steps:
 @session.step
 def event_by_event() -> Steps:
     """The recorded ray again, event by event."""
-    settings().ray_index = int(np.flatnonzero(results().traced.hits.primitive >= 0)[3])
-    yield from session.press("accelscope.step_ray(")
-    yield from session.press("step_events", across=CHECK_BOX)
-    yield lambda: settings().step_events
-    middle = len(results().steps) // 2
-    yield from session.enter("event", str(middle))
-    yield lambda: settings().event == middle
+    knobs = settings().lessons.ray
+    knobs.whole = False
+    hit = int(np.flatnonzero(results().traced.hits.primitive >= 0)[3])
+    knobs.ray = hit
+    yield lambda: shown("ray", hit)
+    middle = lesson().play.ends["event"] // 2
+    yield from session.enter("lessons.ray.event", str(middle))
+    yield lambda: shown("event", middle)
     over_viewport()
     yield 0.5
     station("event")
-    settings().property_unset("step_events")
-    reset(settings(), "event")
 
 
 @session.step
 def cone() -> Steps:
     """A cone around the ray, what it meets, and both baked."""
-    settings().ray_index = int(np.flatnonzero(results().traced.hits.primitive >= 0)[3])
-    settings().cone_angle = np.radians(0.7)
-    yield from session.press("accelscope.step_ray(")
+    knobs = settings().lessons.ray
+    knobs.whole = True
+    knobs.cone = 0.7
+    yield lambda: running() is None and lesson().played_with.cone > 0.0
     over_viewport()
     yield 0.5
     station("cone")
-    assert "degrees around it meets" in results().hit_text()
+    assert "degrees around" in lesson().picture.caption
     yield from session.press("accelscope.bake(")
-    yield (
-        lambda: running() is None and any(each.name.endswith("Walk") for each in bpy.data.objects)
-    )
-    for made in [each for each in bpy.data.objects if each.name.endswith(("Walk", "Cells"))]:
+    name = lesson().lesson.label
+    yield lambda: running() is None and name in bpy.data.objects
+    for made in [each for each in bpy.data.objects if each.name.endswith((name, "Cells"))]:
         bpy.data.objects.remove(made)
-    reset(settings(), "cone_angle")
+    knobs.cone = 0.0
+    yield lambda: running() is None and lesson().played_with.cone == 0.0
+    bpy.ops.accelscope.end_lesson()
 
 
 @session.step

@@ -29,7 +29,8 @@ def test_figures_of_the_last_event_are_the_counters(name, scene, lab, build):
             assert rows[counter.label] == str(counts[counter.name][ray])
         assert (rows["Hit"] == "nothing") == (hits.primitive[ray] < 0)
         if hits.primitive[ray] >= 0:
-            assert f" {hits.primitive[ray]} at" in rows["Hit"]
+            owner, within = subject.scene.object_of(int(hits.primitive[ray]))
+            assert f" {within} of {owner} at" in rows["Hit"]
         whole = play.picture(dataclasses.replace(last, whole=True))
         assert f"{last.event + 1} events" in whole.caption
 
