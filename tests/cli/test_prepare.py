@@ -1,0 +1,85 @@
+"""``accelscope prepare``: what is compiled ahead, and the process that does it beside Blender."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from accelscope.addon.command import prepare
+from accelscope.addon.preparing import Preparation
+from accelscope.core import kernels
+from accelscope.core.lessons import lessons
+from accelscope.core.structures import structures
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_every_structure_and_every_lesson_is_prepared(run, monkeypatch, tmp_path):
+    done = []
+    monkeypatch.setattr(prepare, "compile_structure", done.append)
+    monkeypatch.setattr(prepare, "compile_lesson", done.append)
+    monkeypatch.setattr(prepare, "cache_directory", lambda: tmp_path / "kernels")
+    assert not prepare.is_done()
+    out = run("prepare")
+    assert out.code == 0
+    if not kernels.has_numba():
+        assert "nothing to compile" in out.err
+        return
+    assert done[:2] == ["bvh", "grid"]
+    assert sorted(done) == sorted([*structures(), *lessons()])
+    lines = out.out.splitlines()
+    assert lines[0] == f"0 of {len(done)}: BVH"
+    assert len(lines) == len(done)
+    assert prepare.is_done()
+
+
+def stand_in(tmp_path, code):
+    """A program that takes the place of Python, and runs some code instead."""
+    path = tmp_path / "python"
+    path.write_text(f"#!{sys.executable}\nimport sys, time\n{code}\n")
+    path.chmod(0o755)
+    return str(path)
+
+
+def wait_until(condition):
+    ends = time.monotonic() + 20.0
+    while not condition():
+        assert time.monotonic() < ends
+        time.sleep(0.01)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the stand-in begins with #!")
+def test_how_far_it_is_and_stopping_it(tmp_path):
+    code = "print('3 of 12: kd-Tree', flush=True)\ntime.sleep(60)"
+    preparation = Preparation("accelscope", "", stand_in(tmp_path, code))
+    wait_until(lambda: preparation.done == (0.25, "kd-Tree"))
+    assert preparation.is_running
+    preparation.stop()
+    assert not preparation.is_running
+    preparation.stop()  # once more does no harm
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the stand-in begins with #!")
+def test_one_that_fails_is_not_running(tmp_path):
+    preparation = Preparation("accelscope", "", stand_in(tmp_path, "sys.exit(3)"))
+    wait_until(lambda: not preparation.is_running)
+    assert preparation.done[0] == 0.0
+
+
+@pytest.mark.exhaustive
+@pytest.mark.skipif(not kernels.has_numba(), reason="there is nothing to compile with")
+def test_what_one_name_of_the_package_has_compiled_the_same_name_finds(tmp_path):
+    command = [
+        sys.executable, str(ROOT / "addon" / "preparing.py"), "bl_ext.user_default.accelscope",
+        str(tmp_path),
+    ]  # fmt: skip
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    known = []
+    for _ in range(2):
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+        assert done.returncode == 0, done.stderr
+        known.append({path.name: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nbc")})
+    assert len(known[0]) > 100
+    assert known[0] == known[1]  # nothing was compiled once more
