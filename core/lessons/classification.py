@@ -15,7 +15,7 @@ import numpy as np
 
 from ..contract.events import TEST
 from ..contract.structure import Structure
-from ..geometry.geometry import lines_of
+from ..geometry.instances import lines_of_items
 from ..printing import show_integer
 from ..progress import Progress
 from ..sah.line_sample import Ball, random_lines_through
@@ -115,8 +115,8 @@ class Ways(Play):
             progress.report(len(self.tested), len(WAYS), "Recording a ray")
             steps = structure.record(self.ray, 0)
             tests = steps.events_of(TEST)
-            below = tests[steps.level[tests] == steps.level[tests].max(initial=0)]
-            self.tested[way], self.count[way] = np.unique(steps.primitive[below]), len(below)
+            own = tests[steps.level[tests] == 0]
+            self.tested[way], self.count[way] = np.unique(steps.primitive[own]), len(tests)
 
     def picture(self, settings: Settings) -> Picture:
         """Return the picture of one way."""
@@ -127,7 +127,7 @@ class Ways(Play):
         tested = self.tested[chosen]
         parts: list[Any] = [
             items_in(self.scene, tested, ORANGE, 0.7, most=5000),
-            coloured(lines_of(self.scene.geometry, some_of(tested, MOST_LINES))[0], ORANGE),
+            coloured(lines_of_items(self.scene.geometry, some_of(tested, MOST_LINES)), ORANGE),
             self.line(),
             chart.axes(),
         ]

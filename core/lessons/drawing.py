@@ -9,7 +9,7 @@ import numpy as np
 
 from ..contract.cells import planes_across
 from ..geometry.box_shape import box_segments
-from ..geometry.geometry import lines_of
+from ..geometry.instances import lines_of_items
 from ..geometry.marks import stars
 from ..geometry.triangles import Triangles
 from ..scene import Scene
@@ -105,21 +105,20 @@ def shifted(part: Lines | Faces, by: np.ndarray) -> Lines | Faces:
 
 
 def items_in(
-    scene: Scene, primitives: np.ndarray, colour: Colour, opacity: float = 0.25, most: int = 1500
+    scene: Scene, items: np.ndarray, colour: Colour, opacity: float = 0.25, most: int = 1500
 ) -> Lines | Faces:
-    """Return some of a scene's primitives in a colour: triangles as faces, others by their lines.
+    """Return some of a scene's items in a colour: triangles as faces, others by their lines.
 
     Parameters
     ----------
-    primitives : (n,) int
-        As hits know them.
+    items : (n,) int
     most : int
         Of more of them, so many are evenly chosen.
     """
-    primitives = some_of(primitives, most)
+    items = some_of(items, most)
     if isinstance(scene.geometry, Triangles):
-        return tinted(scene.geometry.corners[primitives], colour, opacity)
-    segments, _ = lines_of(scene.geometry, primitives)
+        return tinted(scene.geometry.corners[items], colour, opacity)
+    segments = lines_of_items(scene.geometry, items)
     return coloured(segments, (*colour[:3], 0.5 + 0.5 * opacity))
 
 

@@ -208,7 +208,7 @@ class OverlappingSiblings(Play):
         lines = Lines(box_segments(self.shared[shown][::-1]), colours)
         rows = (
             Row("Pairs", str(self.n_pairs), "Of children of one node"),
-            Row("Overlap", str(overlapping), "Pairs that share a box; a touch is none"),
+            Row("Overlap", str(overlapping), "Pairs that share a box, or a side of one"),
             Row("Mean Overlap", f"{100.0 * self.mean:.1f}%",
                 "Surface that siblings share, in that of their parent"),
         )  # fmt: skip

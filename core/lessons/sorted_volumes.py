@@ -17,6 +17,7 @@ import numpy as np
 
 from ..contract.events import TEST, VISIT_LEAF, VOLUME_TEST
 from ..contract.steps import Steps
+from ..geometry.instances import owners_of
 from ..geometry.marks import stars
 from ..geometry.rays import Rays
 from ..printing import show_integer
@@ -108,7 +109,7 @@ class Walk:
         return self.order[len(self.visited) :]
 
     def items_of(self, cells: np.ndarray) -> np.ndarray:
-        """Return the primitives of objects."""
+        """Return the items of objects."""
         offsets, ids = self.structure.arrays.offsets, self.structure.geometry.ids
         parts = [ids[offsets[cell] : offsets[cell + 1]] for cell in cells]
         return np.concatenate([np.empty(0, ids.dtype), *parts])
@@ -117,11 +118,11 @@ class Walk:
         """Return the object that the hit is in, -1 for a miss."""
         tests = self.steps.events_of(TEST)
         tests = tests[self.steps.level[tests] == 0]
-        found = (
-            tests[(self.steps.primitive[tests] == self.primitive)] if self.primitive >= 0 else []
-        )
-        if not len(found):
+        if self.primitive < 0:
             return -1
+        owner, _ = owners_of(self.scene.geometry, np.array([self.primitive]))
+        item = self.primitive if owner[0] < 0 else int(owner[0])
+        found = tests[self.steps.primitive[tests] == item]
         return int(self.visited[np.searchsorted(self.visits, found[0]) - 1])
 
     def wires(self, cells: np.ndarray) -> np.ndarray:

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 from accelscope.core.contract.events import TEST, VOLUME_TEST
+from accelscope.core.geometry.instances import instanced, owners_of
+from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.lessons.drawing import GREEN, GREY, ORANGE
 from accelscope.core.lessons.lesson import build
 from accelscope.core.progress import SILENT
+from accelscope.core.scene import Scene
 from accelscope.core.structures import structures
 
 NAMES = "volumes_along_a_ray", "sorted_volumes"
@@ -87,3 +90,23 @@ def test_another_list_of_another_kind_of_volume(lab, play_lesson):
     assert len(play.walk.tested) == 9
     assert play.picture(play.within(played.lesson.Settings(9))).caption
     assert played.lesson.suits(build(played.scene, "bvh"))
+
+
+def test_over_instances_the_objects_are_instances(lab, play_lesson):
+    mesh = all_triangles(lab.small_scene("suzanne").triangles)
+    places = np.tile(np.eye(3, 4), (3, 1, 1))
+    places[:, :, 3] = np.array([[0.0, 0, 0], [2.0, 1.7, -0.5], [4.0, 3.4, -1.0]])
+    scene = Scene.from_instances(
+        instanced([mesh], [0, 0, 0], places), "three", object_ids=np.arange(3),
+        object_names=("a", "b", "c"),
+    )  # fmt: skip
+    played = play_lesson("volumes_along_a_ray", scene)
+    walk = played.play.walk
+    assert sorted(walk.tested) == [0, 1, 2]
+    offsets, ids = walk.structure.arrays.offsets, walk.structure.geometry.ids
+    hit = walk.object_of_hit()
+    (owner,), _ = owners_of(scene.geometry, np.array([walk.primitive]))
+    assert ids[offsets[hit] : offsets[hit + 1]].tolist() == [owner]
+    assert set(walk.skipped) | set(walk.visited) == set(walk.order)
+    for name in ("naive_cost", "solid_efficiency", "sub_volumes", "kdop_levels"):
+        assert play_lesson(name, scene).picture().caption
