@@ -18,6 +18,7 @@ from ...core.scene import Scene
 from ...core.settings import describe
 from ...core.writing import refuse_unwritable
 from ...sample_scenes import make_sample
+from ..stopping import held
 from .animate import frames_of, is_blend
 from .arguments import SPECS, OpenFile, add_scene_options, opened, scenes_of, structure_specs
 from .output import (
@@ -73,6 +74,12 @@ def add_parsers(commands: argparse._SubParsersAction) -> None:
     )  # fmt: skip
     _add_subject(film)
     film.add_argument("--out", metavar="DIR", required=True, help="where the frames go")
+    film.add_argument(
+        "--video", metavar="FILE.mp4", help="encode them as a video, too, which needs Blender"
+    )
+    film.add_argument(
+        "--fps", type=int, default=4, metavar="N", help="pictures per second of it (default: 4)"
+    )
     film.set_defaults(run=run_film)
 
     handout = _parser(
@@ -291,15 +298,45 @@ def run_film(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
 
     folder = folder_of(arguments, arguments.out, "--out", f"{arguments.name}-00.png")
     assert folder is not None
+    encode = encoder(arguments)
     lesson = played(arguments, open_file)
     progress = progress_of(arguments)
     say_if_speechless(arguments)
     pictures = pictures_along(lesson, turns(lesson, MOST_FRAMES), progress)
     painter = LessonPainter(lesson.subject.scene, pictures)
     names = write_files(folder, lesson, pictures, painter)
+    if encode is not None:
+        encode(folder, names, Path(arguments.video), arguments.fps)
     if not arguments.quiet:
         print_result(arguments, f"{len(names)} frames in {folder}: {names[0]} to {names[-1]}")
     return 0
+
+
+def encoder(arguments: argparse.Namespace) -> Callable[..., None] | None:
+    """Return what makes a video of pictures; None if none is asked for.
+
+    Raises
+    ------
+    InputError
+        If there is no Blender, or nothing can be written there.
+    """
+    if arguments.video is None:
+        return None
+    if not arguments.video:
+        raise InputError("--video names no file")
+    if not 1 <= arguments.fps <= 120:
+        raise InputError(f"--fps must be 1 to 120, not {arguments.fps}")
+    refuse_output(arguments, Path(arguments.video))
+    try:
+        with held():
+            import bpy  # noqa: F401  only to see whether it is there
+    except ImportError:
+        raise InputError(
+            "a video needs Blender; install it with: pip install 'accelscope[blender]'"
+        ) from None
+    from ..to_blender.video import encode
+
+    return encode
 
 
 MOST_FRAMES = 600
