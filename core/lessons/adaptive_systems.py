@@ -10,17 +10,18 @@ A level of the octree is three of the others, as it cuts across three axes at on
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..contract.structure import Structure
+from ..geometry.triangles import Triangles
 from ..progress import Progress
+from ..scene import Scene
 from ..settings import setting
 from .drawing import GREY, ORANGE, RED, Faces, Lines, counted, picture_of
 from .figures import Costs, lines_through
-from .lesson import Lesson, Play, Subject, only_its_own
+from .lesson import Lesson, Play, Subject, build
 from .picture import Mark, Picture, Row
 from .section import (
     FAINT,
@@ -66,11 +67,11 @@ class Settings:
 class AdaptiveSystems(Play):
     """Trees beside each other, up to one level."""
 
-    def __init__(self, structures: Sequence[Structure], progress: Progress) -> None:
-        self.structures, self.scene = structures, structures[0].scene
+    def __init__(self, scene: Scene, structures: dict[str, Structure], progress: Progress) -> None:
+        self.structures, self.scene = structures, scene
         lines = lines_through(self.scene)
         self.cells, self.costs, self.binary = [], [], []
-        for number, structure in enumerate(structures):
+        for number, structure in enumerate(structures.values()):
             progress.report(number, len(structures), f"Looking at {structure.name}")
             cells = structure.cells(progress).own()
             self.cells.append(cells)
@@ -92,7 +93,7 @@ class AdaptiveSystems(Play):
         outlines = self.across.contour(plane)
         parts: list[Lines | Faces] = list(model_with(self.scene, plane))
         marks, rows, told, sections = [], [], [], list[Section]()
-        for number, (name, cells) in enumerate(zip(SYSTEMS, self.cells, strict=True)):
+        for number, (name, cells) in enumerate(zip(self.structures, self.cells, strict=True)):
             shift = place_beside(self.scene, number, COLUMNS)
             depth = settings.level // self.binary[number]
             shown = (cells.depth == depth) | (cells.is_leaf & (cells.depth < depth))
@@ -120,8 +121,12 @@ class AdaptiveSystems(Play):
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
-    """Look at all trees, and trace lines."""
-    return AdaptiveSystems(subject.structures, progress)
+    """Build all trees, and trace lines; a BSP tree has triangles only."""
+    scene, structures = subject.scene, {}
+    for name, spec in SYSTEMS.items():
+        if isinstance(scene.geometry, Triangles) or not spec.startswith("bsp"):
+            structures[name] = build(scene, spec, progress)
+    return AdaptiveSystems(scene, structures, progress)
 
 
 LESSONS = (
@@ -138,8 +143,6 @@ LESSONS = (
         "proportion to its surface, so large empty cells and small full ones are better",
         source="structures.subdivision.tree",
         sample="suzanne:subdivisions=2",
-        structures=tuple(SYSTEMS.values()),
-        suits=only_its_own,
         Settings=Settings,
         play=play,
         film="level",

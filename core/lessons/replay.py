@@ -34,6 +34,9 @@ MOST_BOXES, MOST_POLYHEDRA = 400, 150
 MOST_NEWEST = 60
 """Cells of one step that stand out, the largest: of a parallel builder a step makes a level."""
 
+EARLY = 1, 4, 12, 40
+"""Steps on a page."""
+
 ONE_BY_ONE, FRAMES = 40, 120
 """Steps that a film shows one by one, and its frames; from then on it goes ever faster."""
 
@@ -186,7 +189,8 @@ class ReplayOfBuilding(Play):
 
     def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
         """Return early steps: later ones look alike."""
-        return [Settings(step) for step in (1, 4, 12, 40) if step <= self.ends["step"]]
+        last = self.ends["step"]
+        return [Settings(step) for step in sorted({min(step, last) for step in EARLY})]
 
     def film(self, lesson: Lesson) -> Sequence[Any]:
         """Return the first steps one by one, and then ever more at once."""

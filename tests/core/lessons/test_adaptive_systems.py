@@ -8,6 +8,7 @@ from accelscope.core.lessons import lesson_named
 from accelscope.core.lessons.adaptive_systems import SYSTEMS, Settings
 from accelscope.core.lessons.drawing import counted
 from accelscope.core.lessons.figures import lines_through
+from accelscope.core.lessons.lesson import Subject
 from accelscope.core.progress import SILENT
 
 LESSON = lesson_named("adaptive_systems")
@@ -16,18 +17,19 @@ LESSON = lesson_named("adaptive_systems")
 @pytest.mark.parametrize("name", ["one", "mess", "suzanne"])
 def test_cells_of_a_level_are_those_cut_so_far(lab, name):
     scene = lab.small_scene(name)
-    subject = LESSON.subject(scene)
-    play = LESSON.play(subject, Settings(), SILENT)
+    play = LESSON.play(Subject(scene), Settings(), SILENT)
     for level in range(play.ends["level"] + 1):
         caption = play.picture(Settings(level)).caption
-        for label, structure, cells in zip(SYSTEMS, subject.structures, play.cells, strict=True):
+        for label, structure, cells in zip(
+            SYSTEMS, play.structures.values(), play.cells, strict=True
+        ):
             children = 8 if structure.name == "octree" else 2
             depth = level // 3 if children == 8 else level
             cut = int((~cells.is_leaf & (cells.depth < depth)).sum())
             # A tree whose inner nodes have c children has 1 + (c - 1) n leaves.
             assert f"{label} {1 + (children - 1) * cut}" in caption
     last = play.picture(Settings(play.ends["level"]))
-    for row, structure in zip(last.rows, subject.structures, strict=True):
+    for row, structure in zip(last.rows, play.structures.values(), strict=True):
         figures = structure.statistics()
         counts = structure.trace(lines_through(scene))[1].by_name()
         assert row.text == (
@@ -40,9 +42,15 @@ def test_cells_of_a_level_are_those_cut_so_far(lab, name):
 def test_the_sah_is_the_best_of_the_four_choices_of_a_kdtree(lab):
     """What the slide says of it, on a model: least cost, and fewest tests."""
     scene = lab.small_scene("suzanne")
-    play = LESSON.play(LESSON.subject(scene), Settings(), SILENT)
+    play = LESSON.play(Subject(scene), Settings(), SILENT)
     names = list(SYSTEMS)
     sah = dict(zip(names, (costs.sah for costs in play.costs), strict=True))
     kdtrees = [name for name in names if name.startswith("kd ")]
     assert min(kdtrees, key=sah.get) == "kd SAH"
     assert max(kdtrees, key=sah.get) == "kd Median"
+
+
+def test_other_items_than_triangles_have_no_bsp_tree(lab):
+    play = LESSON.play(Subject(lab.small_scene("balls")), Settings(), SILENT)
+    assert list(play.structures) == [name for name in SYSTEMS if name != "BSP"]
+    assert len(play.picture(Settings()).marks) == 5
