@@ -33,7 +33,7 @@ from .lesson import FILM, Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 from .solid_efficiency import COUNTED, coloured_lines
 
-DRAWN = 80
+DRAWN = 60
 """Lines that are drawn."""
 
 
