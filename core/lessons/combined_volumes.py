@@ -23,7 +23,7 @@ from ..settings import setting
 from .around import edges_of, surface_of, volume_around
 from .drawing import BLUE, GREEN, GREY, ORANGE, coloured, picture_of, tinted
 from .lesson import Lesson, Play, Subject
-from .picture import Picture, Row
+from .picture import Mark, Picture, Row
 from .solid_efficiency import COUNTED, SPREAD
 
 MADE_OF = {
@@ -56,6 +56,7 @@ class Combination(Play):
         scene = structure.scene
         self.kind, self.plain = kind, MADE_OF[kind]
         ball = Ball.around(scene.lower, scene.upper, SPREAD)
+        self.above = ball.centre + np.array([0.0, 0.0, 1.05 * ball.radius])
         rays = random_lines_through(ball, affordable(*COUNTED), seed=1)
         self.volume = volume_around(scene, kind, progress)
         self.sample = sample_of(rays, structure, self.volume, progress)
@@ -113,7 +114,8 @@ class Combination(Play):
             Row("p, Object", f"{self.sample.hits_object.mean():.4f}", "What cannot be saved"),
             Row("Saved", f"{saved_lines} of {n} lines", "Blue: they hit the simple volume only"),
         ]  # fmt: skip
-        return picture_of(parts, caption, rows=rows)
+        marks = [Mark(self.above, f"pA/pB = {self.sample.ratio:.2f}")]
+        return picture_of(parts, caption, marks=marks, rows=rows)
 
     def on_page(self, lesson: Lesson, settings: Settings) -> list[Any]:
         """Return it without lines and with them."""

@@ -30,7 +30,7 @@ from ..structures.bvh.topology.fit import fit_all
 from .around import edges_of, hull_surface
 from .drawing import BLUE, GREEN, GREY, ORANGE, Lines, coloured, picture_of
 from .lesson import Lesson, Play, Subject
-from .picture import Picture, Row
+from .picture import Mark, Picture, Row
 
 SPREAD = 1.3
 """Size of the ball that lines are drawn through, in that around the scene's box."""
@@ -86,6 +86,7 @@ class Shares(Play):
         self.volume = fit_all(kind, corners, np.zeros(1, int), np.full(1, len(corners)), progress)
         self.hull = hull_surface(scene, progress)
         self.edges, _ = edges_of(self.volume)
+        self.above = ball.centre + np.array([0.0, 0.0, 1.05 * ball.radius])
         self.counted: dict[str, LineSample] = {}
         self.drawn: dict[str, LineSample] = {}
         for name in directions:
@@ -132,9 +133,9 @@ class Shares(Play):
                 "Ratio of surfaces: what pA/pB of all directions is for a convex object",
             ),
         )  # fmt: skip
-        return picture_of(
-            self.parts(settings.direction), self.caption(settings.direction), rows=rows
-        )
+        direction = settings.direction
+        marks = [Mark(self.above, f"pA/pB = {ratio:.2f}")]
+        return picture_of(self.parts(direction), self.caption(direction), marks=marks, rows=rows)
 
 
 def coloured_lines(sample: LineSample) -> list[Lines]:
