@@ -28,7 +28,7 @@ from ..from_blender import extraction
 from ..results import lesson_view, session
 from . import solids
 from .generated import condition_of, enum_of, group_type, properties_of, property_of
-from .ranges import range_properties
+from .ranges import MOST, range_properties
 
 COLOURINGS = {
     "depth": ("Depth", "From the root to the deepest cell"),
@@ -38,6 +38,9 @@ COLOURINGS = {
         "By the step of the building that made the cell, where it was built in steps",
     ),
 }
+
+FIRST_LEVELS = 5
+"""Depth down to which cells are drawn at first: what lies deeper is a mass of lines."""
 
 LECTURE = (
     "naive", "sorted_volumes", "bvh", "grid", "octree", "kdtree", "bsp", "macro_grid",
@@ -52,6 +55,13 @@ _loaded: list[type] = []
 
 
 def _redraw(group: Any, context: bpy.types.Context) -> None:
+    overlay.tag_redraw()
+
+
+def _show_leaves(display: Any, context: bpy.types.Context) -> None:
+    """Show all leaves, as long as nobody has chosen a depth: most of them lie below the first."""
+    if display.leaves_only and not display.is_property_set("depth_max_kept"):
+        display.depth_max = MOST
     overlay.tag_redraw()
 
 
@@ -77,11 +87,12 @@ def _display_properties() -> dict[str, Any]:
             description="Least depth of the cells drawn; the root has depth 0", update=_redraw,
         ),
         **range_properties(
-            "depth_max", _deepest, label="Max", default=100, open_end=True,
+            "depth_max", _deepest, label="Max", default=FIRST_LEVELS, open_end=True,
             description="Largest depth of the cells drawn", update=_redraw,
         ),
         "leaves_only": BoolProperty(
-            name="Leaves Only", description="Leave out inner nodes", default=False, update=_redraw,
+            name="Leaves Only", description="Leave out inner nodes", default=False,
+            update=_show_leaves,
         ),
         "hide_empty": BoolProperty(
             name="Hide Empty", description="Leave out the edges of leaves without primitives",

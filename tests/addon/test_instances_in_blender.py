@@ -292,7 +292,7 @@ def test_boxes_of_instances_and_trees_of_meshes_are_shown_and_baked(
     edges = np.diff(drawable.edges.starts)
     assert as_boxes + (edges > 0).sum() == len(cells)
     assert (edges == 12 * DASHES).sum() == 4
-    root.display.colour_by = "depth"
+    root.display.colour_by, root.display.depth_max = "depth", 1000
     assert bpy.ops.accelscope.bake() == {"FINISHED"}
     (baked,) = bpy.data.collections["AccelScope"].objects
     assert len(baked.data.edges) == 12 * (cells.n_own + within) + 12 * DASHES * 4

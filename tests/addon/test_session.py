@@ -189,3 +189,18 @@ def test_changes_while_building_are_noticed(
     result = build(snapshot.scene, type(structure), structure.settings)
     current.set_built(Outcome.of(snapshot, result))
     assert status() == "Out of date: Cube has moved"
+
+
+def test_the_first_picture_shows_the_top_levels(bpy: Any, root: Any, current: Any) -> None:
+    bpy.ops.mesh.primitive_monkey_add()
+    bpy.ops.accelscope.build()
+    display, deepest = root.display, current.drawable.extent.deepest
+    assert display.depth_max == 5 < deepest
+    # Leaves lie deeper.
+    display.leaves_only = True
+    assert display.depth_max == deepest
+    # Whoever has chosen a depth keeps it.
+    display.leaves_only = False
+    display.depth_max = 3
+    display.leaves_only = True
+    assert display.depth_max == 3

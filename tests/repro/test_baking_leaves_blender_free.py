@@ -133,7 +133,7 @@ def test_a_million_cells(bpy: Any, root: Any, bake: Any, context: Any, current: 
     octree = root.structures.octree
     octree.max_depth, octree.max_leaf_size = 9, 1
     assert bpy.ops.accelscope.build() == {"FINISHED"}
-    root.display.hide_empty = False
+    root.display.hide_empty, root.display.depth_max = False, 1000
     assert len(current.cells) > 1_000_000
     outcome, longest = run(bake, context)
     assert outcome == {"FINISHED"}, bake.reports

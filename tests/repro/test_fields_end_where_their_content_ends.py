@@ -101,5 +101,5 @@ def test_less_content_pulls_values_in_and_more_lets_them_out(bpy, traced, root, 
 def test_without_content_nothing_is_cut(bpy, root):
     root.lessons.ray.event = 40
     assert root.lessons.ray.event == 40
-    assert root.display.depth_max == 100
+    assert root.display.depth_max == 5
     assert root.lessons.ray.event_share == 0.0

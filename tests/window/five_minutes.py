@@ -214,9 +214,12 @@ def levels() -> Steps:
     """*Display*: drag the slider behind *Max* to see level after level, or show leaves only."""
     deepest = int(results().cells.depth.max())
     display = settings().display
-    assert display.depth_max == deepest
+    assert 0 < display.depth_max < deepest
     x, y = yield from session.find("display.depth_max_share", across=SLIDER)
     sidebar = session.region("UI")
+    yield from session.drag((x, y), (x + 0.6 * sidebar.width, y))
+    yield lambda: display.depth_max == deepest
+    yield from seen("all-levels")
     yield from session.drag((x, y), (x - 0.12 * sidebar.width, y))
     yield lambda: 0 < display.depth_max < deepest
     yield from session.drag((x, y), (x - 0.6 * sidebar.width, y))
