@@ -11,7 +11,7 @@ BASE_PACKAGE = __package__.rpartition(".")[0]
 
 
 def _compile_or_stop(preferences: bpy.types.AddonPreferences, context: bpy.types.Context) -> None:
-    if preferences.compile_ahead:  # type: ignore[attr-defined]
+    if preferences.compile_ahead:
         compile_ahead.start_soon()
     else:
         compile_ahead.stop()

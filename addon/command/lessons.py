@@ -159,7 +159,8 @@ def entry_of(lesson: Lesson) -> dict[str, Any]:
 
 def list_text(lessons: Sequence[Lesson]) -> str:
     """Return lessons by slide for a person."""
-    lines, slide = [], ""
+    lines: list[str] = []
+    slide = ""
     for lesson in lessons:
         if lesson.slide != slide:
             slide = lesson.slide

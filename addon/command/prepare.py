@@ -7,6 +7,7 @@ Like :mod:`.main`, this imports no ``bpy``. The add-on runs it in a process of i
 from __future__ import annotations
 
 import argparse
+import functools
 from collections.abc import Callable, Iterator
 
 from ...core.kernels import cache_directory, has_numba
@@ -70,9 +71,9 @@ def parts() -> Iterator[tuple[str, Callable[[], object]]]:
     first = ("bvh", "grid", "kdtree", "octree")
     everything = structures()
     for name in (*first, *(name for name in everything if name not in first)):
-        yield everything[name].label, lambda name=name: compile_structure(name)
+        yield everything[name].label, functools.partial(compile_structure, name)
     for lesson in lessons().values():
-        yield f"lesson {lesson.label}", lambda name=lesson.name: compile_lesson(name)
+        yield f"lesson {lesson.label}", functools.partial(compile_lesson, lesson.name)
 
 
 def compile_structure(name: str) -> None:

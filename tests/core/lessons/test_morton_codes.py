@@ -37,7 +37,7 @@ def test_codes_are_those_of_cells(lab, play_lesson, name):
             for axis, number in enumerate(numbers):
                 share = (play.centroids[triangle, axis] - low[axis]) / (size[axis] or 1.0)
                 assert abs(number + 0.5 - share * 2**k) <= 0.5 + 1e-6
-            code = interleaved(*numbers, k)
+            code = interleaved(numbers[0], numbers[1], numbers[2], k)
             assert texts[3] == f"code = {code}"
             assert picture.caption.endswith(f"code {code}") or "drawn" in picture.caption
             orange = picture.segments[(picture.colours == ORANGE).all(axis=1)]

@@ -22,8 +22,8 @@ def test_shadows_of_an_octahedron_in_its_box(play_lesson, octahedron):
 def test_colours_are_what_the_naive_algorithm_hits(lab, play_lesson, name, kind):
     scene = lab.small_scene(name)
     played = play_lesson("solid_efficiency", scene, volume=kind)
-    naive = structures()["naive"]
-    naive = naive.build(scene, naive.Settings())
+    kind_of_naive = structures()["naive"]
+    naive = kind_of_naive.build(scene, kind_of_naive.Settings())
     for direction in DIRECTIONS:
         drawn = played.play.drawn[direction]
         hits, _ = naive.trace(drawn.rays)
