@@ -45,9 +45,6 @@ from .picture import Picture, Row
 MOST_NODES = 60
 """Moved nodes of a step that are drawn."""
 
-MOST_FRAMES = 24
-"""Frames of the exhibit."""
-
 COLOURS = BLUE, ORANGE, GREEN
 
 WHICH = {
