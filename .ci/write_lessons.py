@@ -3,7 +3,8 @@
 
     python .ci/write_lessons.py
 
-What a test asserts is told by the first sentence of its file, behind the name of the lesson. A test
+What a test asserts is told by the first sentence of its file, behind the name of the lesson. The
+file is called like the module of the lesson, or that sentence names it. A test
 holds the file against what this writes.
 """
 
@@ -55,10 +56,10 @@ def claim_of(lesson: Lesson, module: str) -> str:
         If there is no test of it.
     """
     own = TESTS / f"test_{module}.py"
-    others = [path for path in sorted(TESTS.glob("test_*.py")) if path.stem != "test_every_lesson"]
-    for path in [own, *others]:
-        if path.is_file() and (path == own or f'"{lesson.name}"' in path.read_text("utf-8")):
-            told = ast.get_docstring(ast.parse(path.read_text("utf-8"))) or ""
+    paths = [own] if own.is_file() else sorted(TESTS.glob("test_*.py"))
+    for path in paths:
+        told = ast.get_docstring(ast.parse(path.read_text("utf-8"))) or ""
+        if path == own or f'"{lesson.name}"' in told:
             sentence = " ".join(told.partition("\n\n")[0].split())
             _, _, claim = sentence.partition(": ")
             return (claim or sentence).removesuffix(".")

@@ -1,4 +1,4 @@
-"""Lessons on the 3D DDA: the ladder is the walk's own, to the bit."""
+"""Lessons "grid_traversal", "dda_constants", "dda_step": the ladder is the walk's, to the bit."""
 
 from __future__ import annotations
 
