@@ -90,7 +90,7 @@ def draw_figure(layout: bpy.types.UILayout, label: str, text: str) -> None:
 def draw_explained(layout: bpy.types.UILayout, label: str, text: str, meaning: str) -> None:
     """Draw a figure behind its label, whose tooltip says what it means."""
     share = len(label) / (len(label) + len(text))
-    split = layout.split(factor=min(max(share, 0.35), 0.65))
+    split = layout.split(factor=min(max(share, 0.2), 0.65))
     if meaning:
         row = split.row()
         row.alignment = "LEFT"
