@@ -114,16 +114,16 @@ def depth_range() -> Steps:
     """Typing a depth range shows fewer cells and uploads nothing."""
     overlay = part("addon.drawing.overlay")
     uploads = overlay.uploads()
-    yield from session.enter("display.depth_max", "5")
-    yield lambda: settings().display.depth_max == 5
-    station("depth-0-to-5")
-    assert changed(taken["built"], taken["depth-0-to-5"]) > 1000
-    yield from session.enter("display.depth_min", "5")
-    yield lambda: settings().display.depth_min == 5
-    station("depth-5")
+    yield from session.enter("display.depth_max", "3")
+    yield lambda: settings().display.depth_max == 3
+    station("depth-0-to-3")
+    assert changed(taken["built"], taken["depth-0-to-3"]) > 1000
+    yield from session.enter("display.depth_min", "3")
+    yield lambda: settings().display.depth_min == 3
+    station("depth-3")
     x, y = yield from session.find("display.depth_max", across=0.55)
     yield from session.drag((x, y), (x + 60, y))
-    yield lambda: settings().display.depth_max > 5
+    yield lambda: settings().display.depth_max > 3
     station("depth-slid")
     assert overlay.uploads() == uploads
 
