@@ -191,3 +191,10 @@ def beside_each_other(scene: Scene, columns: int, gap: float = 1.65) -> Sequence
     down = np.array([0.0, 0.0, -gap * max(size[2], 0.4 * size.max())])
     per_row = columns // 2 if columns >= 4 and columns % 2 == 0 else columns
     return [across * (i % per_row) + down * (i // per_row) for i in range(columns)]
+
+
+def kind_in_words(kind: str) -> str:
+    """Return what a kind of volume is called: ``"kdop14"`` is ``"14-DOP"``."""
+    if kind.startswith("kdop"):
+        return f"{kind.removeprefix('kdop')}-DOP"
+    return kind.upper() if kind in ("aabb", "obb") else kind.replace("_", " ")

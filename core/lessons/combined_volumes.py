@@ -20,7 +20,7 @@ from ..progress import Progress
 from ..sah.line_sample import Ball, chords, random_lines_through, sample_of, volume_hits
 from ..sah.timing import affordable
 from ..settings import setting
-from .around import edges_of, surface_of, volume_around
+from .around import edges_of, kind_in_words, surface_of, volume_around
 from .drawing import BLUE, GREEN, GREY, ORANGE, coloured, picture_of, tinted
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
@@ -93,13 +93,14 @@ class Combination(Play):
         tightest = self.plain[self.best]
         p, p_simple = self.sample.hits_volume.mean(), self.hits[self.best].mean()
         caption = (
-            f"{self.kind}: {100.0 * p:.1f}% of the lines hit it, of the tightest simple volume, "
-            f"{tightest}, {100.0 * p_simple:.1f}%: pA/pB = {self.sample.ratio:.2f} instead of "
+            f"{kind_in_words(self.kind)}: {100.0 * p:.1f}% of the lines hit it, of the tightest "
+            f"simple volume, {kind_in_words(tightest)}, {100.0 * p_simple:.1f}%: "
+            f"pA/pB = {self.sample.ratio:.2f} instead of "
             f"{self.sample.hits_object.sum() / max(int(self.hits[self.best].sum()), 1):.2f}"
         )
         rows = [
             Row(
-                f"p, {kind}", f"{hits.mean():.4f}",
+                f"p, {kind_in_words(kind)}", f"{hits.mean():.4f}",
                 f"Share of the lines that hit it; surface {area:.4g}, content {content:.4g}",
             )
             for kind, hits, area, content in zip(
@@ -108,7 +109,7 @@ class Combination(Play):
         ]  # fmt: skip
         rows += [
             Row(
-                f"p, {self.kind}", f"{p:.4f}",
+                f"p, {kind_in_words(self.kind)}", f"{p:.4f}",
                 f"Four mean shadows {self.areas[-1]:.4g}, content {self.contents[-1]:.4g}",
             ),
             Row("p, Object", f"{self.sample.hits_object.mean():.4f}", "What cannot be saved"),

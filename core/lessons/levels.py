@@ -20,6 +20,9 @@ from .picture import MOST_SEGMENTS, Picture, Row
 FAINT = 0.35
 """Opacity of what is not the subject of a frame."""
 
+MOST_VOLUMES = 600
+"""Volumes of a level that are drawn: of more, the largest."""
+
 ON_PAGE = 0, 2, 4, 8
 """Levels that pictures show."""
 
@@ -80,12 +83,8 @@ class Levels(Play):
 
 
 def first_that_fit(cells: Cells, best_first: np.ndarray) -> tuple[np.ndarray, Wires]:
-    """Return places, ascending, and edges of the first of some cells, up to a frame's limit.
-
-    No more are looked at than would fit with six edges each, as a tetrahedron has: of flat cells,
-    which have fewer, there may be room for more than are returned.
-    """
-    places = np.sort(best_first[: MOST_SEGMENTS // 6])
+    """Return places, ascending, and edges of the first of some cells, as many as are legible."""
+    places = np.sort(best_first[:MOST_VOLUMES])
     wires = wires_of(cells, places)
     counts = np.bincount(wires.edge_owners(), minlength=len(cells))[best_first[: len(places)]]
     most = int(np.searchsorted(np.cumsum(counts), MOST_SEGMENTS, side="right"))

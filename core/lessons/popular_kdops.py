@@ -69,7 +69,7 @@ class Popular(Play):
             share = self.hull / self.areas[k] if self.areas[k] > 0.0 else 1.0
             marks.append(Mark(above + place, f"{k}-DOP: hull / volume {share:.2f}"))
         k = settings.k
-        counts = ", ".join(f"{other} {self.areas[other]:.4g}" for other in KINDS)
+        counts = "; ".join(f"{other}-DOP {self.areas[other]:.4g}" for other in KINDS)
         caption = (
             f"{k}-DOP, {KINDS[k][0].lower() + KINDS[k][1:]}: {int(k) // 2} strips; "
             f"surfaces of all: {counts}"

@@ -330,21 +330,6 @@ def _until_outside(walk: Walk) -> float:
 # ---------------------------------------------------------------------------------------- links
 
 
-def leaf_at(cells: Cells, point: np.ndarray) -> int | None:
-    """Return the number of the leaf that a point lies in; None outside of all of them.
-
-    Of several, as of boxes that overlap, the smallest.
-    """
-    cells = cells.own()
-    inside = cells.is_leaf & (cells.boxes[:, :3] <= point).all(axis=1)
-    inside &= (point <= cells.boxes[:, 3:]).all(axis=1)
-    places = np.flatnonzero(inside)
-    if len(places) == 0:
-        return None
-    size = (cells.boxes[places, 3:] - cells.boxes[places, :3]).sum(axis=1)
-    return int(cells.numbers[places[size.argmin()]])
-
-
 def links_of(
     structure: Linked,
     cells: Cells,

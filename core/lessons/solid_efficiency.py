@@ -27,7 +27,7 @@ from ..sah.line_sample import (
 from ..sah.timing import affordable
 from ..settings import setting
 from ..structures.bvh.topology.fit import fit_all
-from .around import edges_of, hull_surface
+from .around import edges_of, hull_surface, kind_in_words
 from .drawing import BLUE, GREEN, GREY, ORANGE, Lines, coloured, picture_of
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
@@ -108,7 +108,7 @@ class Shares(Play):
         name, along = DIRECTIONS[direction]
         sign = "=" if along is None else "along this direction ="
         return (
-            f"{self.kind}, {name}: pA/pB {sign} {counted.ratio:.2f}; of all lines "
+            f"{kind_in_words(self.kind)}, {name}: pA/pB {sign} {counted.ratio:.2f}; of all lines "
             f"{100.0 * counted.hits_volume.mean():.0f}% hit the volume (not grey), "
             f"{100.0 * counted.hits_object.mean():.0f}% the object (green)"
         )

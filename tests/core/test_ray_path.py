@@ -20,7 +20,6 @@ from accelscope.core.lessons.ray_path import (
     ON_DARK,
     Walk,
     event_text,
-    leaf_at,
     legend,
     links_of,
     segments_of,
@@ -163,14 +162,6 @@ def test_events_in_words(walks):
             assert "nan" not in text
             assert "inf" not in text
             assert ("triangle" in text) == (walk.steps.primitive[event] >= 0)
-
-
-def test_the_leaf_at_a_point(walks):
-    cells = walks[0].cells
-    for place in np.flatnonzero(cells.is_leaf)[::50]:
-        middle = 0.5 * (cells.boxes[place, :3] + cells.boxes[place, 3:])
-        assert leaf_at(cells, middle) == cells.numbers[place]
-    assert leaf_at(cells, cells.boxes[:, 3:].max(axis=0) + 1.0) is None
 
 
 def test_links_lead_from_the_leaf_to_what_is_outlined(walks):

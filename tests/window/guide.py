@@ -155,6 +155,8 @@ def install() -> None:
         filepath=path, repo="user_default", enable_on_install=True
     )
     assert MODULE in bpy.context.preferences.addons, f"nothing was installed from {path}"
+    # It would take one of two cores from what is looked at here.
+    bpy.context.preferences.addons[MODULE].preferences.compile_ahead = False
     # Views change at once, so that a screenshot does not show the way there.
     bpy.context.preferences.view.smooth_view = 0
     # Blender catches the pointer while it drags, and takes where it is put for how far it moved.

@@ -3,8 +3,7 @@
 import numpy as np
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.lessons import lesson_named
-from accelscope.core.lessons.levels import Settings
-from accelscope.core.lessons.picture import MOST_SEGMENTS
+from accelscope.core.lessons.levels import MOST_VOLUMES, Settings
 from accelscope.core.progress import SILENT
 
 
@@ -40,10 +39,10 @@ def test_of_many_nodes_the_largest_are_drawn(build):
     cells = structure.cells()
     level = int(np.bincount(cells.depth).argmax())
     picture = played(structure).picture(Settings(level))
-    shown = MOST_SEGMENTS // 12
+    shown = MOST_VOLUMES
     assert len(picture.segments) == 12 * shown
     sizes = np.sort(surface_area(cells.boxes[cells.depth == level]))[-shown:]
     ends = picture.segments.reshape(shown, 24, 3)
     drawn = surface_area(np.concatenate([ends.min(axis=1), ends.max(axis=1)], axis=1))
     np.testing.assert_array_equal(np.sort(drawn), sizes)
-    assert picture.caption.endswith(f"drawn: {shown // 1000} {shown % 1000} volumes")
+    assert picture.caption.endswith(f"drawn: {shown} volumes")
