@@ -333,9 +333,8 @@ def test_a_play_of_what_is_gone_is_dropped(bpy: Any, view: Any, example: Any, kn
     from accelscope.operators.play_lesson import ACCELSCOPE_OT_play_lesson as Operator
 
     other = dataclasses.replace(view.subject)
-    assert (
-        Operator.finish(None, bpy.context, Ready(view.lesson, other, Lines("late"), Knobs())) == ""
-    )
+    late = Ready(view.lesson, other, Lines("late"), Knobs())
+    assert Operator.finish(None, bpy.context, (late, None)) == ""
     assert view.play.kind == "plain"
 
 

@@ -117,7 +117,6 @@ def test_without_a_fault(operator: Any, jobs: Any, context: Any, manager: Any) -
         "accelscope.core.evaluation.records.animation.build",
         "accelscope.core.evaluation.records.animation.growth",
         "accelscope.addon.results.outcome.Outcome.of",
-        "accelscope.addon.results.session.SplitView",
         "accelscope.addon.drawing.overlay.set_cells",
     ],
 )
