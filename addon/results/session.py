@@ -304,6 +304,7 @@ def _before_load(*_: Any) -> None:
 
 @persistent
 def _after_load(*_: Any) -> None:
+    current.lesson_look = None
     current.clear()
     jobs.forget_refusal()
 
