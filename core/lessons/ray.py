@@ -38,6 +38,9 @@ MAGENTA, YELLOW = (0.93, 0.20, 0.85, 1.0), (0.85, 0.68, 0.05, 1.0)
 FEW_LEAVES = 3
 """A walk through fewer leaves shows little."""
 
+NEAR = 0.75
+"""Diagonals of the scene before its middle where a ray that comes from afar begins to be drawn."""
+
 MOST_WAITING = 200
 """Volumes on the stack that are drawn."""
 
@@ -126,12 +129,24 @@ class RayWalk(Play):
         cells = structure.cells(progress)
         self.walk = Walk(structure, cells, rays, number, t_hit, steps, angle)
         self.ends = {"event": len(steps) - 1, "ray": len(rays) - 1}
+        self.start = self._start(subject.scene)
+
+    def _start(self, scene: Scene) -> np.ndarray:
+        """Return where the ray is drawn from: its origin, or a place nearer to the scene, (3,)."""
+        rays, ray = self.walk.rays, self.walk.ray
+        direction = rays.directions[ray]
+        to_centre = 0.5 * (scene.lower + scene.upper) - rays.origins[ray]
+        length = float(np.linalg.norm(direction))
+        way = float(to_centre @ direction) / length - NEAR * scene.diagonal
+        return self.walk.at(np.array([max(way, 0.0) / length]))[0]
 
     def picture(self, settings: Settings) -> Picture:
         """Return the walk up to an event, or all of it."""
         walk, steps = self.walk, self.walk.steps
         event = len(steps) - 1 if settings.whole else settings.event
-        parts = [Lines(*segments_of(walk, None if settings.whole else event, PALETTE))]
+        segments, colours = segments_of(walk, None if settings.whole else event, PALETTE)
+        segments[(segments == walk.rays.origins[walk.ray]).all(axis=2)] = self.start
+        parts = [Lines(segments, colours)]
         on_stack = waiting(steps, event)
         marks = []
         if not settings.whole:
@@ -181,7 +196,7 @@ class RayWalk(Play):
     def _marks(self, event: int) -> list[Mark]:
         """Return where the ray is: t at the event, and the hit that is the nearest so far."""
         walk, steps = self.walk, self.walk.steps
-        marks = [Mark(walk.rays.origins[walk.ray], "ray")]
+        marks = [Mark(self.start, "ray")]
         t = float(steps.t_enter[event])
         if np.isfinite(t) and int(steps.kind[event]) not in (TEST, HIT):
             marks.append(Mark(walk.at(np.array([t]))[0], f"t = {t:.4g}", MAGENTA[:3]))

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from accelscope.core.contract.events import SKIP, VISIT_INNER, VISIT_LEAF, VOLUME_TEST
+from accelscope.core.geometry.rays import Rays
 from accelscope.core.lessons import lesson_named
 from accelscope.core.lessons.lesson import Subject
 from accelscope.core.lessons.ray import Settings, own_rays, up_to, waiting
@@ -60,3 +61,17 @@ def test_own_rays_are_seen_from_the_side(lab):
     rays = own_rays(scene)
     assert len(rays) == 32 * 24
     np.testing.assert_allclose(rays.directions, np.tile(rays.directions[0], (len(rays), 1)))
+
+
+def test_a_ray_from_afar_is_drawn_from_near_the_scene(lab, build):
+    structure = build("bvh", lab.small_scene("suzanne"))
+    scene = structure.scene
+    centre = 0.5 * (scene.lower + scene.upper)
+    for far in (1.0, 1e6):
+        way = np.array([0.1, 1.0, -0.2])
+        rays = Rays.from_arrays((centre - far * scene.diagonal * way)[None], (3.0 * way)[None])
+        play = LESSON.play(Subject(scene, (structure,), rays, 0), Settings(), SILENT)
+        for settings in (Settings(), Settings(event=10), Settings(whole=True)):
+            points = play.picture(play.within(settings)).points()
+            away = np.linalg.norm(points - centre, axis=1)
+            assert away.max() < 0.8 * scene.diagonal
