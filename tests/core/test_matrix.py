@@ -210,10 +210,10 @@ def test_pictures(scene, rays, moved, tmp_path, builder, optimise, small_picture
         gallery.add(built, [make_record(built, traced)], [rays])
     gallery.write_page()
     page = (tmp_path / "index.html").read_text()
-    labels = [lesson.label for tree in trees for lesson in lessons_about(tree)]
-    assert len(labels) >= 6 * len(trees)
-    for label in set(labels):
-        assert page.count(f"<h3>{label}</h3>") == labels.count(label)
+    labels = {lesson.label for tree in trees for lesson in lessons_about(tree)}
+    assert len(labels) >= 6
+    for label in labels:  # once, of both trees
+        assert page.count(f"<h3>{label}</h3>") == 1
 
 
 def test_the_matrix_does_not_shrink():

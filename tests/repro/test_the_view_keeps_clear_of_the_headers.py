@@ -15,12 +15,12 @@ def region(kind, alignment, x, y, width, height):
 
 def pixels(regions):
     """Return how many pixels are used to the left and right of the middle, below and above it."""
-    from accelscope.addon.drawing.viewport import SENSOR, slopes_of
+    from accelscope.addon.drawing.viewport import VIEW_SENSOR, slopes_of
     from accelscope.core.evaluation.pages.picture_cameras import MARGIN
 
     window = region("WINDOW", "NONE", 100, 50, 1000, 800)
     slopes = slopes_of(SimpleNamespace(regions=[window, *regions]), LENS)
-    per_pixel = MARGIN * 2 * SENSOR / LENS / 1000
+    per_pixel = MARGIN * 2 * VIEW_SENSOR / LENS / 1000
     return tuple(slope / per_pixel for pair in slopes for slope in pair)
 
 

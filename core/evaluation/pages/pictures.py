@@ -71,6 +71,7 @@ class Gallery:
         self._views: dict[str, View] = {}
         self._rows: list[str] = []
         self._names: set[str] = set()
+        self._told: set[tuple[str, str, str]] = set()
 
     def add_failure(
         self, scene: str, structure: type[Structure], settings: Any, reason: str
@@ -122,8 +123,15 @@ class Gallery:
         self._rows.append(section(built, records, shown, told))
 
     def _lessons(self, structure: Structure, stem: str) -> Iterator[str]:
-        """Draw the lessons about such structures, over this one; return their part of the page."""
+        """Draw the lessons about such structures, over this one; return their part of the page.
+
+        Each is told once of a structure and its settings, over the first of several scenes.
+        """
         for lesson in lessons_about(structure):
+            key = lesson.name, structure.name, to_text(structure.settings)
+            if key in self._told:
+                continue
+            self._told.add(key)
             try:
                 subject = lesson.subject(structure.scene, given=[structure])
                 played = play(lesson, subject, lesson.Settings())
