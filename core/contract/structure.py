@@ -172,6 +172,11 @@ class Structure(abc.ABC):
         return None if log is None else log(self)
 
     @property
+    def keeps_log(self) -> bool:
+        """Whether there is a :attr:`build_log`; it is not put together for the answer."""
+        return self._log is not None or self.__dict__.get("build_log") is not None
+
+    @property
     def triangles(self) -> Triangles:
         """The geometry, if it is triangles.
 

@@ -23,6 +23,7 @@ from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.tree import ranges_of
 from .around import beside_each_other
 from .drawing import GREY, Lines, counted, items_in, picture_of, shifted
+from .hierarchy import has_log, is_tree
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 
@@ -158,10 +159,8 @@ def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
 
 def keeps_a_log(structure: Any) -> str:
     """Accept hierarchies that say how they were built, see :attr:`.lesson.Lesson.suits`."""
-    if not isinstance(structure, BVH):
-        return f"{structure.label} is no hierarchy of volumes"
-    if structure.build_log is None:
-        return "it has kept no log of its building"
+    if reason := is_tree(structure) or has_log(structure):
+        return reason
     if structure.build_log.is_rearranged:
         return "its tree was rearranged after it was built"
     return ""

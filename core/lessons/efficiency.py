@@ -37,8 +37,8 @@ from .drawing import (
     picture_of,
     tinted,
 )  # fmt: skip
+from .hierarchy import is_tree, tree_of
 from .lesson import Lesson, Play, Subject
-from .levels import has_nodes
 from .magnifier import magnifier
 from .picture import Mark, Picture, Row
 
@@ -250,16 +250,12 @@ def volume_of(cells: Cells, nodes: np.ndarray, colour: Colour) -> Lines:
 
 def play_paying(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Evaluate the inequality at every node."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return NodesNotPaying(bvh, progress)
+    return NodesNotPaying(tree_of(subject), progress)
 
 
 def play_overlapping(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Look at all pairs of siblings."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return OverlappingSiblings(bvh, progress)
+    return OverlappingSiblings(tree_of(subject), progress)
 
 
 LESSONS = (
@@ -276,7 +272,7 @@ LESSONS = (
         source="structures.bvh.figures.efficiency",
         sample="suzanne:subdivisions=1",
         structures=("bvh:max_leaf_size=1",),
-        suits=has_nodes,
+        suits=is_tree,
         Settings=Settings,
         play=play_paying,
         film="rank",
@@ -294,7 +290,7 @@ LESSONS = (
         source="structures.bvh.figures.overlap",
         sample="suzanne:subdivisions=1",
         structures=("bvh",),
-        suits=has_nodes,
+        suits=is_tree,
         Settings=Settings,
         play=play_overlapping,
         film="rank",

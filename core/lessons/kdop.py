@@ -21,8 +21,8 @@ from ..structures.bvh.topology.fit import fit_all
 from ..structures.bvh.topology.tree import ranges_of
 from .around import beside_each_other, edges_of
 from .drawing import GREY, Lines, counted, items_in, picture_of, shifted
+from .hierarchy import is_tree, tree_of
 from .lesson import Lesson, Play, Subject
-from .levels import has_nodes
 from .picture import Mark, Picture, Row
 
 KINDS = {"kdop6": "6-DOP", "kdop14": "14-DOP", "kdop18": "18-DOP", "kdop26": "26-DOP"}
@@ -130,9 +130,7 @@ class VolumesByLevel(Play):
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Fit the volumes of the upper levels."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return VolumesByLevel(bvh, KINDS, LEVELS, progress)
+    return VolumesByLevel(tree_of(subject), KINDS, LEVELS, progress)
 
 
 LESSONS = (
@@ -150,7 +148,7 @@ LESSONS = (
         source="geometry.kdop",
         sample="suzanne:subdivisions=1",
         structures=("bvh",),
-        suits=has_nodes,
+        suits=is_tree,
         Settings=Settings,
         play=play,
         film="level",

@@ -14,6 +14,7 @@ from ..progress import Progress
 from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from .drawing import counted
+from .hierarchy import is_tree, tree_of
 from .lesson import Lesson, Play, Subject
 from .picture import MOST_SEGMENTS, Picture, Row
 
@@ -94,16 +95,9 @@ def first_that_fit(cells: Cells, best_first: np.ndarray) -> tuple[np.ndarray, Wi
     return places, wires
 
 
-def has_nodes(structure: Any) -> str:
-    """Accept hierarchies, see :attr:`.lesson.Lesson.suits`."""
-    return "" if isinstance(structure, BVH) else f"{structure.label} is no hierarchy of volumes"
-
-
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Look at the cells of the hierarchy."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return Levels(bvh, progress)
+    return Levels(tree_of(subject), progress)
 
 
 LESSONS = (
@@ -121,7 +115,7 @@ LESSONS = (
         source="structures.bvh.hierarchy",
         sample="suzanne:subdivisions=3",
         structures=("bvh",),
-        suits=has_nodes,
+        suits=is_tree,
         Settings=Settings,
         play=play,
         film="level",

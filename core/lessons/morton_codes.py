@@ -25,6 +25,7 @@ from ..progress import Progress
 from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from .drawing import GREY, ORANGE, Lines, coloured, column, counted, extent_of, faint, picture_of
+from .hierarchy import tree_of
 from .lesson import Lesson, Play, Subject
 from .morton_intervals import opaque, sorted_along, sorts_by_code
 from .picture import Mark, Picture, Row
@@ -159,9 +160,7 @@ def in_triples(code: int, bits: int) -> str:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Sort the triangles along the curve."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return MortonCodes(bvh, progress)
+    return MortonCodes(tree_of(subject), progress)
 
 
 LESSONS = (

@@ -26,6 +26,7 @@ from ..structures.bvh.builders.morton.codes import MortonSettings, sort_by_code
 from ..structures.bvh.builders.morton.hlbvh import boxes_around
 from ..structures.bvh.hierarchy import BVH
 from .drawing import Chart, Lines, chart_below, counted, picture_of
+from .hierarchy import has_log, is_tree, tree_and_log
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 
@@ -221,13 +222,11 @@ def brackets(chart: Chart, levels: list[Level]) -> tuple[Lines, list[Mark]]:
 
 def sorts_by_code(structure: Any) -> str:
     """Accept trees of builders that sort along the curve, see :attr:`.Lesson.suits`."""
-    if not isinstance(structure, BVH):
-        return f"{structure.label} is no hierarchy of volumes"
+    if reason := is_tree(structure):
+        return reason
     if not issubclass(BUILDERS[structure.settings.builder].Settings, MortonSettings):
         return "its builder does not sort by Morton codes; take lbvh, hlbvh or ploc"
-    if structure.build_log is None:
-        return "no log of its building was kept; build it anew"
-    return ""
+    return has_log(structure)
 
 
 def has_intervals(structure: Any) -> str:
@@ -241,10 +240,8 @@ def has_intervals(structure: Any) -> str:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Sort along the curve, and read the splits."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    assert bvh.build_log is not None
-    return Intervals(bvh, bvh.build_log, progress)
+    bvh, log = tree_and_log(subject)
+    return Intervals(bvh, log, progress)
 
 
 LESSONS = (

@@ -19,6 +19,7 @@ from ..scene import Scene
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.optimisers.replay import Replay
 from .drawing import Colour, Lines, coloured, extent_of
+from .hierarchy import has_log, is_tree
 
 MOST_MOVES = 24
 """Moves that are shown."""
@@ -38,13 +39,11 @@ def moves_made(log: BuildLog) -> int:
 
 def was_rearranged(structure: Any, names: Sequence[str]) -> str:
     """Accept trees that one of some optimisers has rearranged, see :attr:`.Lesson.suits`."""
-    if not isinstance(structure, BVH):
-        return f"{structure.label} is no hierarchy of volumes"
+    if reason := is_tree(structure):
+        return reason
     if structure.rearrangement is None or structure.settings.optimise not in names:
         return f"it was not rearranged by {' or '.join(names)}"
-    if structure.build_log is None:
-        return "no log of its building was kept; build it anew"
-    return ""
+    return has_log(structure)
 
 
 def replayed(

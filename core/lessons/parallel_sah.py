@@ -39,6 +39,7 @@ from .drawing import (
     outlines,
     picture_of,
 )
+from .hierarchy import tree_and_log
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 from .queues import is_data_parallel
@@ -175,10 +176,8 @@ def middles_of(places: np.ndarray, width: int, count: int) -> np.ndarray:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Evaluate the candidates of the root once more, and reduce them."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    assert bvh.build_log is not None
-    return Reduction(bvh, bvh.build_log, progress)
+    bvh, log = tree_and_log(subject)
+    return Reduction(bvh, log, progress)
 
 
 LESSONS = (

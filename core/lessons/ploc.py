@@ -21,6 +21,7 @@ from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.build_log import tree_as_built
 from .drawing import BLUE, ORANGE, Chart, Lines, counted, picture_of
+from .hierarchy import has_log, is_tree, tree_and_log
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 
@@ -157,21 +158,17 @@ def telling(totals: list[int]) -> list[int]:
 
 def was_clustered(structure: Any) -> str:
     """Accept trees that PLOC has built, see :attr:`.Lesson.suits`."""
-    if not isinstance(structure, BVH):
-        return f"{structure.label} is no hierarchy of volumes"
+    if reason := is_tree(structure):
+        return reason
     if structure.settings.builder != "ploc" or structure.is_refitted:
         return "it was not built by ploc, or its triangles have moved since"
-    if structure.build_log is None:
-        return "no log of its building was kept; build it anew"
-    return ""
+    return has_log(structure)
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Read the mergers of every iteration."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    assert bvh.build_log is not None
-    return Clusters(bvh, bvh.build_log, progress)
+    bvh, log = tree_and_log(subject)
+    return Clusters(bvh, log, progress)
 
 
 LESSONS = (

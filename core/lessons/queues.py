@@ -24,6 +24,7 @@ from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.tree import ranges_of
 from .drawing import Lines, coloured, counted, extent_of, outlines, picture_of
+from .hierarchy import has_log, is_tree, tree_and_log
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 
@@ -244,21 +245,17 @@ def drawn_queues(bvh: BVH, level: DrawnLevel, is_compacted: bool) -> tuple[list[
 
 def is_data_parallel(structure: Any) -> str:
     """Accept trees as the data-parallel builder makes them, see :attr:`.Lesson.suits`."""
-    if not isinstance(structure, BVH):
-        return f"{structure.label} is no hierarchy of volumes"
+    if reason := is_tree(structure):
+        return reason
     if structure.settings.builder != "parallel_sah" or not has_curves(structure):
         return "it is not as the builder parallel_sah makes it, with arity 2 and no optimiser"
-    if structure.build_log is None:
-        return "no log of its building was kept; build it anew"
-    return ""
+    return has_log(structure)
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Read the queues from the log."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    assert bvh.build_log is not None
-    return SplitQueues(bvh, bvh.build_log, progress)
+    bvh, log = tree_and_log(subject)
+    return SplitQueues(bvh, log, progress)
 
 
 LESSONS = (

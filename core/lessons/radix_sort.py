@@ -41,6 +41,7 @@ from .drawing import (
     picture_of,
     quads,
 )
+from .hierarchy import tree_of
 from .lesson import Lesson, Play, Subject
 from .morton_intervals import opaque, sorts_by_code
 from .picture import Mark, Picture, Row
@@ -186,16 +187,12 @@ class RadixSplit(Play):
 
 def play_sort(subject: Subject, settings: PassSettings, progress: Progress) -> Play:
     """Sort the codes once more, and keep what they are after every pass."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return RadixSort(bvh, progress)
+    return RadixSort(tree_of(subject), progress)
 
 
 def play_split(subject: Subject, settings: BitSettings, progress: Progress) -> Play:
     """Split some of the codes by all their bits."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return RadixSplit(bvh, progress)
+    return RadixSplit(tree_of(subject), progress)
 
 
 LESSONS = (

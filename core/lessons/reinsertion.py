@@ -21,6 +21,7 @@ from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.optimisers.replay import Replay
 from .drawing import BLUE, GREEN, GREY, ORANGE, RED, Lines, coloured, column, faint, picture_of
+from .hierarchy import tree_and_log
 from .lesson import Lesson, Play, Subject
 from .moves import (
     TEXT,
@@ -140,10 +141,8 @@ def suits(structure: Any) -> str:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Make the moves of the log again, up to the greatest."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    assert bvh.build_log is not None
-    return Reinsertions(bvh, bvh.build_log, progress)
+    bvh, log = tree_and_log(subject)
+    return Reinsertions(bvh, log, progress)
 
 
 LESSONS = (

@@ -40,6 +40,7 @@ from .drawing import (
     faint,
     picture_of,
 )
+from .hierarchy import tree_of
 from .lesson import Lesson, Play, Subject
 from .moves import around, enlarged_beside
 from .picture import Picture, Row
@@ -238,9 +239,7 @@ def small_nodes(bvh: BVH, progress: Progress) -> list[tuple[int, np.ndarray]]:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Divide some small nodes once more."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return Reordering(bvh, progress)
+    return Reordering(tree_of(subject), progress)
 
 
 LESSONS = (

@@ -40,6 +40,7 @@ from .drawing import (
     solid,
     some_of,
 )
+from .hierarchy import tree_of
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 from .splits import Split, splits_by_cost, was_split_by_cost
@@ -227,9 +228,7 @@ def rows_of(split: Split, terms: Terms) -> list[Row]:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Read the splits of a tree."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return Sah(bvh, progress)
+    return Sah(tree_of(subject), progress)
 
 
 LESSONS = (

@@ -37,6 +37,7 @@ from .drawing import (
     solid,
     some_of,
 )
+from .hierarchy import has_log, is_tree, tree_and_log
 from .lesson import Lesson, Play, Subject
 from .moves import enlarged_beside
 from .picture import Picture, Row
@@ -205,21 +206,17 @@ def references_below(bvh: BVH, log: BuildLog, descent: Descent, name: int) -> np
 
 def cuts_triangles(structure: Any) -> str:
     """Accept trees that SBVH has built, see :attr:`.Lesson.suits`."""
-    if not isinstance(structure, BVH):
-        return f"{structure.label} is no hierarchy of volumes"
+    if reason := is_tree(structure):
+        return reason
     if structure.settings.builder != "sbvh":
         return "its builder cuts no triangles; take sbvh"
-    if structure.build_log is None:
-        return "no log of its building was kept; build it anew"
-    return ""
+    return has_log(structure)
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Read the splits that have cut triangles."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    assert bvh.build_log is not None
-    return SpatialSplits(bvh, bvh.build_log, progress)
+    bvh, log = tree_and_log(subject)
+    return SpatialSplits(bvh, log, progress)
 
 
 LESSONS = (

@@ -38,6 +38,7 @@ from .drawing import (
     picture_of,
     some_of,
 )
+from .hierarchy import tree_and_log
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 from .splits import was_split_by_cost
@@ -196,10 +197,8 @@ def steps_through(chart: Chart, curve: SplitCurve, axis: int) -> Lines:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Ask the builder for all its candidates once more."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    assert bvh.build_log is not None
-    return CostCurve(bvh, bvh.build_log, progress)
+    bvh, log = tree_and_log(subject)
+    return CostCurve(bvh, log, progress)
 
 
 LESSONS = (

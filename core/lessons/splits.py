@@ -11,6 +11,7 @@ from ..progress import Progress
 from ..sah.split_curve import RULES, has_curves
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.tree import ranges_of
+from .hierarchy import has_log, is_tree
 
 MOST_SPLITS = 31
 """Splits that are shown: those nearest to the root."""
@@ -48,17 +49,15 @@ class Split(NamedTuple):
 
 def was_split_by_cost(structure: Any) -> str:
     """Accept trees whose nodes were divided by comparing costs, see :attr:`.Lesson.suits`."""
-    if not isinstance(structure, BVH):
-        return f"{structure.label} is no hierarchy of volumes"
+    if reason := is_tree(structure):
+        return reason
     if not has_curves(structure):
         known = ", ".join(RULES)
         return (
             f"its nodes are not as a builder has divided them by cost; take one of the builders "
             f"{known}, arity 2, and no optimiser"
         )
-    if structure.build_log is None:
-        return "no log of its building was kept; build it anew"
-    return ""
+    return has_log(structure)
 
 
 def splits_by_cost(bvh: BVH, progress: Progress) -> list[Split]:

@@ -34,8 +34,8 @@ from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from .around import edges_of, surface_of
 from .drawing import GREEN, GREY, Chart, Colour, coloured, picture_of, tinted
+from .hierarchy import is_tree, tree_of
 from .lesson import Lesson, Play, Subject
-from .levels import has_nodes
 from .picture import Mark, Picture, Row
 from .solid_efficiency import DIRECTIONS
 
@@ -228,9 +228,7 @@ def lines_through(ball: Ball, direction: np.ndarray | None) -> Rays:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Throw all lines at the volumes."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return SubVolumes(bvh, progress)
+    return SubVolumes(tree_of(subject), progress)
 
 
 LESSONS = (
@@ -248,7 +246,7 @@ LESSONS = (
         source="sah.line_sample",
         sample="suzanne:subdivisions=1",
         structures=("bvh",),
-        suits=has_nodes,
+        suits=is_tree,
         Settings=Settings,
         play=play,
         film="bunches",

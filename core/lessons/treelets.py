@@ -38,6 +38,7 @@ from .drawing import (
     extent_of,
     picture_of,
 )
+from .hierarchy import tree_and_log
 from .lesson import Lesson, Play, Subject
 from .moves import (
     around,
@@ -231,10 +232,8 @@ def play_rotations(subject: Subject, settings: Settings, progress: Progress) -> 
 
 def played(subject: Subject, progress: Progress, noun: str) -> Play:
     """Return the play of either lesson."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    assert bvh.build_log is not None
-    return Treelets(bvh, bvh.build_log, progress, noun)
+    bvh, log = tree_and_log(subject)
+    return Treelets(bvh, log, progress, noun)
 
 
 LESSONS = (

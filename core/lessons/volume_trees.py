@@ -7,10 +7,9 @@ of its nodes; only the volumes around them differ. Each is fitted to all that is
 from __future__ import annotations
 
 from ..progress import Progress
-from ..structures.bvh.hierarchy import BVH
+from .hierarchy import is_tree, tree_of
 from .kdop import Settings, VolumesByLevel
 from .lesson import Lesson, Play, Subject
-from .levels import has_nodes
 
 KINDS = {
     "aabb": "AABB tree", "smallest_sphere": "Sphere tree", "obb": "OBB tree",
@@ -22,9 +21,7 @@ LEVELS = 6
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Fit the volumes of the upper levels."""
-    bvh = subject.structures[0]
-    assert isinstance(bvh, BVH)
-    return VolumesByLevel(bvh, KINDS, LEVELS, progress)
+    return VolumesByLevel(tree_of(subject), KINDS, LEVELS, progress)
 
 
 LESSONS = (
@@ -43,7 +40,7 @@ LESSONS = (
         source="structures.bvh.topology.fit",
         sample="suzanne:subdivisions=1",
         structures=("bvh",),
-        suits=has_nodes,
+        suits=is_tree,
         Settings=Settings,
         play=play,
         film="level",
