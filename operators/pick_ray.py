@@ -22,12 +22,10 @@ class ACCELSCOPE_OT_pick_ray(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if jobs.keep_waiting(cls):
+        if jobs.keep_waiting(cls) or not lesson_view.is_taught(cls, context):
             return False
         view = lesson_view.current
-        if not view.is_in(context.scene) or view.lesson is None:
-            cls.poll_message_set("Teach a lesson first")
-            return False
+        assert view.lesson is not None
         if not (view.lesson.takes_ray or view.has_pixels()):
             cls.poll_message_set("This lesson shows no ray that could be chosen")
             return False

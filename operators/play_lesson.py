@@ -28,12 +28,7 @@ class ACCELSCOPE_OT_play_lesson(jobs.JobOperator, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if jobs.keep_waiting(cls):
-            return False
-        if not lesson_view.current.is_in(context.scene):
-            cls.poll_message_set("Teach a lesson first")
-            return False
-        return True
+        return not jobs.keep_waiting(cls) and lesson_view.is_taught(cls, context)
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
         from ..core.kernels import announcing

@@ -24,10 +24,7 @@ class ACCELSCOPE_OT_step_film(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if not lesson_view.current.is_in(context.scene):
-            cls.poll_message_set("Teach a lesson first")
-            return False
-        return True
+        return lesson_view.is_taught(cls, context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         film.stop()

@@ -18,8 +18,7 @@ class ACCELSCOPE_OT_view_lesson(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if not lesson_view.current.is_in(context.scene):
-            cls.poll_message_set("Teach a lesson first")
+        if not lesson_view.is_taught(cls, context):
             return False
         return context.area is not None and context.area.type == "VIEW_3D"
 

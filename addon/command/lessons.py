@@ -1,4 +1,4 @@
-"""``accelscope lessons``, ``lesson``, ``film`` and ``handout``: the slides of the lecture, live.
+"""``accelscope lessons`` and ``lesson``: the slides of the lecture, live.
 
 Like :mod:`.main`, this imports no ``bpy``; a ``.blend`` brings it in.
 """
@@ -18,15 +18,12 @@ from ...core.scene import Scene
 from ...core.settings import describe
 from ...core.writing import refuse_unwritable
 from ...sample_scenes import make_sample
-from ..stopping import held
 from .animate import frames_of, is_blend
 from .arguments import SPECS, OpenFile, add_scene_options, opened, scenes_of, structure_specs
 from .output import (
-    complain,
     note_on,
     print_result,
     progress_of,
-    reason_told,
     refuse_to_overwrite,
     say,
 )
@@ -60,41 +57,21 @@ def add_parsers(commands: argparse._SubParsersAction) -> None:
     listing.add_argument("--json", action="store_const", const="-", help="as JSON")
     listing.set_defaults(run=run_list, quiet=False)
 
-    one = _parser(commands, "lesson", "play one lesson: figures, pictures, a page", DESCRIPTION)
-    _add_subject(one)
+    one = lesson_parser(
+        commands, "lesson", "play one lesson: figures, pictures, a page", DESCRIPTION
+    )
+    add_subject(one)
     one.add_argument("--pictures", metavar="DIR", help="write the pictures that tell most")
     one.add_argument(
         "--page", metavar="FILE", help="write one page with everything, and a knob to turn"
     )
     one.set_defaults(run=run_lesson)
 
-    film = _parser(
-        commands, "film", "a lesson's knob from its first to its last value, as PNG frames",
-        "Write one picture per value of the knob that the lesson's film goes through.",
-    )  # fmt: skip
-    _add_subject(film)
-    film.add_argument("--out", metavar="DIR", required=True, help="where the frames go")
-    film.add_argument(
-        "--video", metavar="FILE.mp4", help="encode them as a video, too, which needs Blender"
-    )
-    film.add_argument(
-        "--fps", type=int, default=4, metavar="N", help="pictures per second of it (default: 4)"
-    )
-    film.set_defaults(run=run_film)
 
-    handout = _parser(
-        commands, "handout", "all lessons in the order of the lecture, as HTML and PDF",
-        "Write a page with every lesson over its own scene, and print it to PDF if there is a "
-        "browser that can (Chromium, Chrome, Edge).",
-    )  # fmt: skip
-    handout.add_argument("--out", metavar="DIR", required=True, help="where the page goes")
-    handout.add_argument("--lesson", nargs="+", metavar="NAME", help="these lessons only")
-    handout.set_defaults(run=run_handout)
-
-
-def _parser(
+def lesson_parser(
     commands: argparse._SubParsersAction, name: str, what: str, description: str
 ) -> argparse.ArgumentParser:
+    """Declare a subcommand about lessons."""
     parser = commands.add_parser(
         name, help=what, description=description, epilog=f"{SPECS}\n{EXAMPLES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -105,7 +82,7 @@ def _parser(
     return parser
 
 
-def _add_subject(parser: argparse.ArgumentParser) -> None:
+def add_subject(parser: argparse.ArgumentParser) -> None:
     """Declare what a lesson is about."""
     add = parser.add_argument
     add("name", metavar="NAME", help="the lesson, as accelscope lessons lists it")
@@ -290,91 +267,6 @@ def text_of(played: Played) -> str:
     lines += ["", f"Look for: {lesson.look_for}.", f"Question: {lesson.question}"]
     lines += [f"Answer: {lesson.answer}.", f"Source: core/{lesson.source.replace('.', '/')}.py"]
     return "\n".join(lines)
-
-
-def run_film(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
-    """Write the frames of a film."""
-    from ...core.evaluation.pages.lesson_page import pictures_along, turns, write_files
-    from ...core.evaluation.pages.lesson_pictures import LessonPainter
-
-    folder = folder_of(arguments, arguments.out, "--out", f"{arguments.name}-00.png")
-    assert folder is not None
-    encode = encoder(arguments)
-    lesson = played(arguments, open_file)
-    progress = progress_of(arguments)
-    say_if_speechless(arguments)
-    pictures = pictures_along(lesson, turns(lesson, MOST_FRAMES), progress)
-    painter = LessonPainter(lesson.subject.scene, pictures)
-    names = write_files(folder, lesson, pictures, painter)
-    if encode is not None:
-        encode(folder, names, Path(arguments.video), arguments.fps)
-    if not arguments.quiet:
-        print_result(arguments, f"{len(names)} frames in {folder}: {names[0]} to {names[-1]}")
-    return 0
-
-
-def encoder(arguments: argparse.Namespace) -> Callable[..., None] | None:
-    """Return what makes a video of pictures; None if none is asked for.
-
-    Raises
-    ------
-    InputError
-        If there is no Blender, or nothing can be written there.
-    """
-    if arguments.video is None:
-        return None
-    if not arguments.video:
-        raise InputError("--video names no file")
-    if not 1 <= arguments.fps <= 120:
-        raise InputError(f"--fps must be 1 to 120, not {arguments.fps}")
-    refuse_output(arguments, Path(arguments.video))
-    try:
-        with held():
-            import bpy  # noqa: F401  only to see whether it is there
-    except ImportError:
-        raise InputError(
-            "a video needs Blender; install it with: pip install 'accelscope[blender]'"
-        ) from None
-    from ..to_blender.video import encode
-
-    return encode
-
-
-MOST_FRAMES = 600
-"""Frames of a film: 25 seconds."""
-
-
-def run_handout(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
-    """Write the handout; lessons that fail leave the others alone."""
-    from ...core.evaluation.pages.lesson_page import Handout, browser, play, print_pdf
-    from ...core.kernels import announcing
-    from ...core.lessons import lesson_named, lessons
-
-    folder = folder_of(arguments, arguments.out, "--out", "index.html")
-    assert folder is not None
-    chosen = [lesson_named(name) for name in arguments.lesson or lessons()]
-    say_if_speechless(arguments)
-    handout, progress, failed = Handout(folder), progress_of(arguments), 0
-    for lesson in chosen:
-        try:
-            with announcing(progress, f"lesson {lesson.name}"):
-                subject = lesson.subject(make_sample(lesson.sample), progress)
-                handout.add(play(lesson, subject, lesson.Settings(), progress), progress)
-        except Exception as error:  # a defect, too, is told, and is no reason to stop
-            arguments.stops.heed()
-            reason = reason_told(error)
-            complain(f"lesson {lesson.name}: {reason}")
-            handout.add_failure(lesson, reason)
-            failed += 1
-    page = handout.write_page()
-    if not arguments.quiet:
-        print_result(arguments, f"{len(chosen) - failed} lessons in {page}")
-    if program := browser():
-        print_pdf(page, folder / "handout.pdf", program)
-        say(arguments, f"printed to {folder / 'handout.pdf'}")
-    else:
-        say(arguments, "no browser here prints to PDF; print the page with one of yours")
-    return 1 if failed else 0
 
 
 def refuse_output(arguments: argparse.Namespace, path: Path) -> None:

@@ -27,6 +27,8 @@ from ..stopping import Stops
 from . import animate as command_animate
 from . import efficiency as command_efficiency
 from . import evaluate as command_evaluate
+from . import film as command_film
+from . import handout as command_handout
 from . import lessons as command_lessons
 from . import prepare as command_prepare
 from .arguments import SPECS, OpenFile, Parser
@@ -53,6 +55,8 @@ def make_parser() -> argparse.ArgumentParser:
     command_animate.add_parser(commands)
     command_efficiency.add_parser(commands)
     command_lessons.add_parsers(commands)
+    command_film.add_parser(commands)
+    command_handout.add_parser(commands)
     command_prepare.add_parser(commands)
     return parser
 

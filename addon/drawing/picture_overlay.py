@@ -9,16 +9,15 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import blf
 import bpy
 import gpu
 import numpy as np
-from gpu_extras.batch import batch_for_shader
 
 from ...core.printing import print_lines, print_traceback
 from . import labels, overlay_shader, overlay_upload
 from .labels import Room
 from .overlay import tag_redraw
+from .texts import BRIGHT, Colour, Screen, luminance
 from .viewport import room_in
 
 if TYPE_CHECKING:  # only the types: their modules bring Numba in
@@ -36,11 +35,8 @@ FEW_LINES = 2000
 HIDDEN_FACES = 0.4
 """Opacity of those parts of faces that lie behind something."""
 
-BRIGHT, DARK_ENOUGH = 0.4, 0.55
-"""Luminance from which on a background is bright, and that lines on it have at most."""
-
-DARK_TEXT, BRIGHT_TEXT = 0.3, 0.55
-"""Luminance that coloured text has at most on a bright background, and at least on a dark one."""
+DARK_ENOUGH = 0.55
+"""Luminance that lines on a bright background have at most."""
 
 LARGE = 1.7
 """How much larger large text is."""
@@ -48,13 +44,8 @@ LARGE = 1.7
 MOST_FOR_FIGURES = 0.4
 """Share of the viewport's width that is kept free for figures at most."""
 
-BACKDROP = 0.72
-"""Opacity of what is behind a text."""
-
 IMAGE_SHARE = 0.36
 """Width of an image, as a share of the viewport's."""
-
-Colour = tuple[float, float, float]
 
 
 class _Tools(NamedTuple):
@@ -206,7 +197,7 @@ def room_for_lines(context: bpy.types.Context, area: bpy.types.Area, is_large: b
     room = room_in(area)
     if _state.drawn is None:
         return room
-    screen = _Screen(text_size(context, is_large), (0.0, 0.0, 0.0))
+    screen = Screen(text_size(context, is_large), (0.0, 0.0, 0.0))
     inner = screen.inside(room)
     if _state.drawn.picture.images:
         room = room._replace(right=inner.right - IMAGE_SHARE * (inner.right - inner.left))
@@ -245,12 +236,6 @@ def from_linear(colour: Sequence[float]) -> Colour:
         for value in colour
     )
     return red, green, blue
-
-
-def luminance(colour: Colour) -> float:
-    """Return how bright a colour is, from 0 to 1, as the shaders measure it."""
-    red, green, blue = colour
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
 def draw_lines_and_faces(drawn: _Drawn, pixel_size: float, is_bright: bool) -> None:
@@ -305,7 +290,7 @@ def draw_texts_and_images(
     is_large : bool
         For a projector: heading, figures and caption stand in the viewport, too.
     """
-    screen = _Screen(text_size, behind)
+    screen = Screen(text_size, behind)
     inner = screen.inside(room)
     taken = []
     if drawn.picture.images:
@@ -323,77 +308,7 @@ def draw_texts_and_images(
     screen.draw()
 
 
-class _Screen:
-    """Texts of one size with backdrops, gathered and then drawn at once."""
-
-    def __init__(self, text_size: float, behind: Colour) -> None:
-        self.text_size, self.behind = text_size, behind
-        self.is_bright = luminance(behind) > BRIGHT
-        self._texts: list[tuple[str, float, float, Colour]] = []
-        self._rectangles: list[Room] = []
-        blf.size(0, text_size)
-
-    def inside(self, room: Room) -> Room:
-        """Return a room without its edge, where no text stands."""
-        edge = 0.8 * self.text_size
-        return Room(room.left + edge, room.bottom + edge, room.right - edge, room.top - edge)
-
-    @property
-    def line(self) -> float:
-        """From one line to the next."""
-        return 1.45 * self.text_size
-
-    def size_of(self, text: str) -> tuple[float, float]:
-        """Return width and height of a text, whatever letters it has."""
-        return blf.dimensions(0, text)[0], self.text_size
-
-    def add(self, text: str, left: float, bottom: float, colour: Colour | None = None) -> Room:
-        """Add a text; return what it takes."""
-        width, height = self.size_of(text)
-        margin = 0.3 * self.text_size
-        place = Room(left - margin, bottom - margin, left + width + margin, bottom + height)
-        self._rectangles.append(place)
-        self._texts.append((text, left, bottom, self._legible(colour)))
-        return place
-
-    def _legible(self, colour: Colour | None) -> Colour:
-        """Return a colour that stands out from the background."""
-        if colour is None:
-            return (0.05, 0.05, 0.05) if self.is_bright else (0.95, 0.95, 0.95)
-        found, (red, green, blue) = luminance(colour), colour
-        if self.is_bright:
-            share = min(1.0, DARK_TEXT / max(found, 1e-3))
-            return share * red, share * green, share * blue
-        share = max(0.0, (BRIGHT_TEXT - found) / (1.0 - found + 1e-3))
-        return red + share * (1 - red), green + share * (1 - green), blue + share * (1 - blue)
-
-    def draw(self) -> None:
-        """Draw all of it."""
-        if not self._texts:
-            return
-        corners: list[tuple[float, float]] = []
-        triangles: list[tuple[int, int, int]] = []
-        for room in self._rectangles:
-            first = len(corners)
-            corners += [(room.left, room.bottom), (room.right, room.bottom),
-                        (room.right, room.top), (room.left, room.top)]  # fmt: skip
-            triangles += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
-        shader = gpu.shader.from_builtin("UNIFORM_COLOR")
-        batch = batch_for_shader(shader, "TRIS", {"pos": corners}, indices=triangles)
-        before = gpu.state.blend_get()
-        gpu.state.blend_set("ALPHA")
-        shader.bind()
-        shader.uniform_float("color", (*self.behind, BACKDROP))
-        batch.draw(shader)
-        blf.size(0, self.text_size)
-        for text, left, bottom, colour in self._texts:
-            blf.position(0, left, bottom, 0.0)
-            blf.color(0, *colour, 1.0)
-            blf.draw(0, text)
-        gpu.state.blend_set(before)
-
-
-def _draw_image(screen: _Screen, drawn: _Drawn, room: Room) -> Room:
+def _draw_image(screen: Screen, drawn: _Drawn, room: Room) -> Room:
     """Draw the images one above the other in the lower right corner; return what they take."""
     assert _state.tools is not None
     width = IMAGE_SHARE * (room.right - room.left)
@@ -416,7 +331,7 @@ def _draw_image(screen: _Screen, drawn: _Drawn, room: Room) -> Room:
     return Room(left, room.bottom, room.right, bottom)
 
 
-def _draw_words(screen: _Screen, drawn: _Drawn, room: Room, taken: list[Room]) -> list[Room]:
+def _draw_words(screen: Screen, drawn: _Drawn, room: Room, taken: list[Room]) -> list[Room]:
     """Draw heading and figures at the upper left, the caption below; return what they take."""
     found, top = [], room.top - screen.text_size
     if drawn.heading:
@@ -429,19 +344,7 @@ def _draw_words(screen: _Screen, drawn: _Drawn, room: Room, taken: list[Room]) -
         found.append(screen.add(row.text, room.left + across, top))
         top -= screen.line
     right = min([room.right, *(each.left - screen.text_size for each in taken)])
-    lines = _broken(screen, drawn.picture.caption, right - room.left)
+    lines = screen.in_lines(drawn.picture.caption, right - room.left)
     for number, text in enumerate(reversed(lines)):
         found.append(screen.add(text, room.left, room.bottom + number * screen.line))
     return found
-
-
-def _broken(screen: _Screen, text: str, width: float) -> list[str]:
-    """Return a text in lines that are no wider than `width`, unless a word is."""
-    lines = [""]
-    for word in text.split(" "):
-        longer = f"{lines[-1]} {word}".strip()
-        if lines[-1] and screen.size_of(longer)[0] > width:
-            lines.append(word)
-        else:
-            lines[-1] = longer
-    return lines

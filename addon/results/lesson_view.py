@@ -243,6 +243,14 @@ class LessonView:
 current = LessonView()
 
 
+def is_taught(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Say whether a lesson is shown here, and tell the greyed button of `operator` if none is."""
+    is_shown = current.is_in(context.scene)
+    if not is_shown:
+        operator.poll_message_set("Teach a lesson first")
+    return is_shown
+
+
 # -------------------------------------------------------------------------------------- settings
 
 

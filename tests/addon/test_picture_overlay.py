@@ -8,7 +8,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 gpu = pytest.importorskip("gpu")
 
-from accelscope.addon.drawing import labels, picture_overlay  # noqa: E402
+from accelscope.addon.drawing import labels, picture_overlay, texts  # noqa: E402
 from accelscope.addon.drawing.labels import Room  # noqa: E402
 from accelscope.core.lessons.picture import Image, Mark, Picture, Row  # noqa: E402
 from mathutils import Matrix  # noqa: E402
@@ -79,15 +79,15 @@ def test_points_behind_the_eye_have_no_place():
     "colour", [None, (0.03, 0.62, 0.93), (1.0, 0.57, 0.34), (0.96, 0.3, 0.4), (1, 1, 1), (0, 0, 0)]
 )
 def test_text_stands_out_from_any_background(behind, colour):
-    screen = picture_overlay._Screen(12.0, behind)
-    text = picture_overlay.luminance(screen._legible(colour))
-    assert abs(text - picture_overlay.luminance(behind)) > 0.3
+    screen = texts.Screen(12.0, behind)
+    text = texts.luminance(screen._legible(colour))
+    assert abs(text - texts.luminance(behind)) > 0.3
 
 
 def test_a_long_caption_is_broken_into_lines():
-    screen = picture_overlay._Screen(12.0, (0.0, 0.0, 0.0))
+    screen = texts.Screen(12.0, (0.0, 0.0, 0.0))
     text = "the cost of the tree is that of its nodes and of its leaves " * 4
-    lines = picture_overlay._broken(screen, text.strip(), 200.0)
+    lines = screen.in_lines(text.strip(), 200.0)
     assert " ".join(lines) == text.strip()
     assert len(lines) > 3
     assert all(screen.size_of(line)[0] <= 200.0 for line in lines)
@@ -167,9 +167,9 @@ def test_bright_lines_are_darker_on_a_bright_background(offscreen):
     segments = np.array([[[-0.8, 0.0, 0.0], [0.8, 0.0, 0.0]]])
     picture = Picture("a", segments, np.array([[1.0, 1.0, 0.2, 1.0]]))
     middle = drawn(offscreen, picture, is_bright=True)[SIZE // 2 - 2 : SIZE // 2 + 2, SIZE // 2]
-    assert picture_overlay.luminance(middle.min(axis=0)) < picture_overlay.DARK_ENOUGH + 0.1
+    assert texts.luminance(middle.min(axis=0)) < picture_overlay.DARK_ENOUGH + 0.1
     middle = drawn(offscreen, picture)[SIZE // 2 - 2 : SIZE // 2 + 2, SIZE // 2]
-    assert picture_overlay.luminance(middle.max(axis=0)) > 0.8
+    assert texts.luminance(middle.max(axis=0)) > 0.8
 
 
 def test_marks_and_images_are_drawn(offscreen):
