@@ -5,11 +5,13 @@ The work itself is done by another process (:mod:`.preparing`).
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 
 import bpy
 
-from ..core.kernels import run_plain
+from ..core.kernels import plain
+from . import jobs
 from .command.prepare import is_done
 from .preparing import Preparation
 
@@ -18,8 +20,8 @@ BASE_PACKAGE = __package__.rpartition(".")[0]
 LATER, OFTEN = 2.0, 1.0
 """Seconds after which it starts, and between two looks at how far it is."""
 
-FEW_ITEMS, FEW_RAYS = 5000, 1000
-"""So many are quicker done by plain Python than compiled for."""
+FEW_ITEMS = 5000
+"""A structure over so many is quicker built by plain Python than compiled for."""
 
 _running: list[Preparation] = []
 
@@ -36,9 +38,12 @@ def is_wanted() -> bool:
 
 
 def start_soon() -> None:
-    """Start it in a moment, in a Blender with windows; no effect if there is nothing to do."""
+    """Start it in a moment, in a Blender with windows; no effect if there is nothing to do.
+
+    Another file that is loaded meanwhile does not stop it.
+    """
     if not bpy.app.background and not bpy.app.timers.is_registered(_start):
-        bpy.app.timers.register(_start, first_interval=LATER)
+        bpy.app.timers.register(_start, first_interval=LATER, persistent=True)
 
 
 def stop() -> None:
@@ -48,18 +53,17 @@ def stop() -> None:
             bpy.app.timers.unregister(timer)
     while _running:
         _running.pop().stop()
-    run_plain(False)
 
 
-def choose_kernels(items: int, rays: int = 0) -> None:
-    """Have work on a small scene done by plain Python while kernels are still being compiled.
+def plain_for(items: int) -> contextlib.AbstractContextManager[None]:
+    """Return what has work on a small scene done by plain Python, while kernels are compiled.
 
     Parameters
     ----------
-    items, rays : int
-        Of the scene, and to be traced.
+    items : int
+        Of the scene.
     """
-    run_plain(running() is not None and items <= FEW_ITEMS and rays <= FEW_RAYS)
+    return plain(running() is not None and items <= FEW_ITEMS)
 
 
 def _start() -> None:
@@ -67,12 +71,15 @@ def _start() -> None:
         return
     if is_done():
         return
-    _running[:] = [Preparation(BASE_PACKAGE, _folder())]
-    bpy.app.timers.register(_look, first_interval=OFTEN)
+    _running[:] = [Preparation(BASE_PACKAGE, kernel_folder())]
+    bpy.app.timers.register(_look, first_interval=OFTEN, persistent=True)
 
 
-def _folder() -> str:
-    """Return where this Blender keeps compiled kernels; empty for the usual place."""
+def kernel_folder() -> str:
+    """Return where an extension keeps compiled kernels; empty for the platform's usual place.
+
+    It is made when the first kernel is compiled; if that fails, kernels are not kept.
+    """
     try:
         return bpy.utils.extension_path_user(BASE_PACKAGE, path="kernels")
     except ValueError:
@@ -80,11 +87,5 @@ def _folder() -> str:
 
 
 def _look() -> float | None:
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
-    if running():
-        return OFTEN
-    run_plain(False)
-    return None
+    jobs.redraw_sidebars()
+    return OFTEN if running() else None

@@ -15,7 +15,8 @@ import threading
 import types
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).absolute().parents[1]
+"""As Blender has it, links and all: the place of what is compiled depends on it."""
 
 
 def main(package: str, kernels: str) -> int:
@@ -56,7 +57,7 @@ class Preparation:
         self.text = "0 of 1: starting"
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         self.process = subprocess.Popen(
-            [python, str(Path(__file__).resolve()), package, kernels],
+            [python, str(Path(__file__).absolute()), package, kernels],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             env=environment, text=True,
             creationflags=getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0),
@@ -83,14 +84,10 @@ class Preparation:
         return int(number) / int(count), what
 
     def stop(self) -> None:
-        """End it; what it has compiled so far is kept."""
+        """End it at once; what it has compiled so far is kept, each kernel whole or not at all."""
         if self.is_running:
-            self.process.terminate()
-            try:
-                self.process.wait(timeout=5.0)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait()
+            self.process.kill()  # it would not listen to less until a kernel is compiled
+        self.process.wait()
 
 
 if __name__ == "__main__":

@@ -33,7 +33,8 @@ _commands: list[Any] = []
 
 def register() -> None:
     """Add classes, properties, handlers and the command to Blender."""
-    _choose_kernel_cache()
+    if folder := compile_ahead.kernel_folder():
+        set_cache_root(folder)
     set_blender_version(bpy.app.version_string)
     for floor in UPPER_FLOORS:
         for module in _modules_of(f"{BASE_PACKAGE}.{floor}"):
@@ -74,18 +75,6 @@ def _modules_of(package_name: str) -> list[ModuleType]:
     package = importlib.import_module(package_name)
     names = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
     return [importlib.import_module(f"{package_name}.{name}") for name in names]
-
-
-def _choose_kernel_cache() -> None:
-    """Keep compiled kernels in the extension's own folder for user files.
-
-    The folder is made when the first kernel is compiled; if that fails, kernels are not kept.
-    """
-    try:
-        folder = bpy.utils.extension_path_user(BASE_PACKAGE, path="kernels")
-    except ValueError:
-        return  # not run as an extension: the platform's cache folder will do
-    set_cache_root(folder)
 
 
 def _run_command(arguments: Sequence[str]) -> int:

@@ -8,6 +8,8 @@ ends of viridis and turbo do not.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 # Nine stops at even distances, sRGB in 0 to 255.
@@ -81,3 +83,9 @@ def face_opacity(area: float, around: float, cover: float) -> float:
     """
     met = max(2.0 * area / around, 1.0) if around > 0.0 else 1.0
     return max(1.0 - (1.0 - min(cover, 0.999)) ** (1.0 / met), 3.0 / 255.0)
+
+
+def luminance(colour: Sequence[float]) -> float:
+    """Return how bright a colour (3,) in sRGB is, from 0 to 1: as the eye weighs the channels."""
+    red, green, blue = colour
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue

@@ -100,10 +100,7 @@ def kernel(function: Callable) -> Callable:
 
 
 def inner(function: Callable) -> Callable:
-    """Like :func:`kernel`, for what only kernels call; called from Python it would crash.
-
-    A test takes its ``py_func``.
-    """
+    """Like :func:`kernel`, for what only kernels call; called from Python it is plain Python."""
     return _compiled(function, INNER)
 
 
@@ -139,10 +136,14 @@ def _kernel_type() -> type:
     from numba.core.registry import CPUDispatcher
 
     class Kernel(CPUDispatcher):
-        """Compiled at its first call, or not at all while :func:`run_plain` asks for that."""
+        """Compiled at its first call, or not at all while :func:`run_plain` asks for that.
+
+        An inner one that Python calls is called by a kernel that runs plain, and does, too, even if
+        that is not asked for any more: compiled, it has no side for Python, and would crash.
+        """
 
         def __call__(self, *arguments: Any) -> Any:
-            if not _is_plain:
+            if not _is_plain and not self.targetoptions.get("no_cpython_wrapper"):
                 return super().__call__(*arguments)
             with np.errstate(all="ignore"):  # as call() does where there is no Numba
                 return self.py_func(*arguments)
@@ -158,6 +159,16 @@ def run_plain(is_plain: bool) -> None:
     """
     global _is_plain
     _is_plain = is_plain and has_numba()
+
+
+@contextlib.contextmanager
+def plain(is_wanted: bool) -> Iterator[None]:
+    """Run kernels as plain Python while the block runs, if that is wanted."""
+    run_plain(is_wanted)
+    try:
+        yield
+    finally:
+        run_plain(False)
 
 
 def is_plain() -> bool:

@@ -343,11 +343,11 @@ def to_text(settings: Any) -> str:
     parts = []
     for field in dataclasses.fields(settings):
         value = getattr(settings, field.name)
-        parts.append(f"{key_of(field)}={_value_to_text(field, value)}")
+        parts.append(f"{key_of(field)}={value_to_text(field, value)}")
     return ",".join(parts)
 
 
-def _value_to_text(field: dataclasses.Field, value: Any) -> str:
+def value_to_text(field: dataclasses.Field, value: Any) -> str:
     """Return a text that means `value`."""
     if field.metadata["unset"] and value == field.default:
         return field.metadata["unset"]
@@ -367,7 +367,7 @@ def describe(settings_type: type) -> list[dict[str, Any]]:
             "key": key_of(field),
             "takes": kind_in_words(field),
             "default": default,
-            "default_text": _value_to_text(field, field.default),
+            "default_text": value_to_text(field, field.default),
         }
         rows.append(
             row | {name: value for name, value in field.metadata.items() if value or value == 0}

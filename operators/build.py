@@ -47,9 +47,9 @@ class ACCELSCOPE_OT_build(jobs.JobOperator, bpy.types.Operator):
 
         def work(progress: Progress) -> Outcome:
             snapshot = taken.snapshot(progress)
-            compile_ahead.choose_kernels(len(snapshot.scene))
-            built = build(snapshot.scene, structure, settings, progress, log=True)
-            return Outcome.of(snapshot, built, progress)
+            with compile_ahead.plain_for(len(snapshot.scene)):
+                built = build(snapshot.scene, structure, settings, progress, log=True)
+                return Outcome.of(snapshot, built, progress)
 
         return work
 

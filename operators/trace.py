@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..addon import compile_ahead, jobs
+from ..addon import jobs
 from ..addon.from_blender.view import View
 from ..addon.results import session
 from ..addon.results.outcome import drawable_if_made, seen_from
@@ -45,8 +45,6 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
         view = View.of(context)
 
         def work(progress: Progress) -> tuple[Any, ...]:
-            # How many rays there will be is known to the workload alone; a picture has many.
-            compile_ahead.choose_kernels(len(snapshot.scene), compile_ahead.FEW_RAYS + 1)
             seen = seen_from(built, snapshot.shape, view)
             traced = trace(seen, workload, settings, progress=progress)
             record = make_record(seen, traced, progress)

@@ -10,7 +10,7 @@ import bpy
 from ..addon import jobs
 from ..addon.results import session
 from ..addon.settings import choices
-from ..core.kernels import has_numba, is_plain, numba_fault
+from ..core.kernels import has_numba, numba_fault
 from ..core.scene.placing import PlacingSettings
 from .base import SidebarPanel, draw_job, draw_settings, draw_wrapped
 
@@ -34,7 +34,7 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
                 # Some tell all the places where they have looked.
                 fault = textwrap.shorten(fault, MOST_LETTERS, placeholder=" ...")
                 draw_wrapped(layout, fault, "BLANK1", width)
-        elif is_plain():
+        elif session.current.built is not None and session.current.built.is_plain:
             text = "Built by plain Python, since kernels are still being compiled: ignore times"
             draw_wrapped(layout, text, "INFO", width)
         layout.prop(root, "scope", expand=True)

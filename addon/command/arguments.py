@@ -11,8 +11,9 @@ import functools
 import os
 import re
 import sys
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from ...core.errors import InputError
@@ -52,7 +53,18 @@ NEGATIVE = re.compile(r"-[.\d]")
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose complaints are one line, like all others."""
+    """A parser whose complaints are one line, like all others.
+
+    Attributes
+    ----------
+    own_options : frozenset of str
+        What was declared.
+    knobbed : dict of str to Parser
+        The subcommands that take knobs of a lesson, as options that nobody has declared.
+    """
+
+    own_options: frozenset[str]
+    knobbed: Mapping[str, Parser] = MappingProxyType({})
 
     def error(self, message: str) -> NoReturn:
         """Raise InputError instead of printing the usage."""
@@ -70,20 +82,27 @@ class Parser(argparse.ArgumentParser):
         except OSError as error:
             raise CannotPrint from error
 
+    def add_argument(self, *names: str, **options: Any) -> argparse.Action:
+        """Declare an argument, and remember its names: what else begins with -- may be a knob."""
+        self.own_options = getattr(self, "own_options", frozenset()) | frozenset(names)
+        return super().add_argument(*names, **options)
+
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse; values may begin with a dash and a digit, and a SCENE may stand anywhere."""
         words = sys.argv[1:] if args is None else list(args)
+        given, knobs = words, {}
+        if words and words[0] in self.knobbed:
+            given, knobs = self.knobbed[words[0]].without_knobs(words)
         # argparse takes no word for an option that begins with a space.
-        guarded = {f" {word}": word for word in words if NEGATIVE.match(word)}
-        given = [f" {word}" if f" {word}" in guarded else word for word in words]
+        guarded = {f" {word}": word for word in given if NEGATIVE.match(word)}
+        given = [f" {word}" if f" {word}" in guarded else word for word in given]
         arguments, rest = self.parse_known_args(given, namespace)
         for name, value in vars(arguments).items():
             if isinstance(value, str):
                 setattr(arguments, name, guarded.get(value, value))
             elif isinstance(value, list):
                 setattr(arguments, name, [guarded.get(word, word) for word in value])
-        if hasattr(arguments, "knobs"):
-            rest = self._take_knobs(arguments, [guarded.get(word, word) for word in rest])
+        arguments.knobs = knobs
         # argparse looks for scenes in one place only and leaves the others behind.
         if rest and (not hasattr(arguments, "scenes") or any(w.startswith("-") for w in rest)):
             self.error(f"unrecognized arguments: {' '.join(rest)}")
@@ -93,24 +112,34 @@ class Parser(argparse.ArgumentParser):
             arguments.scenes = in_order(arguments.scenes + rest, words)
         return arguments
 
-    def _take_knobs(self, arguments: Any, rest: list[str]) -> list[str]:
-        """Keep ``--key value`` and ``--key=value`` as knobs of a lesson; return the other words."""
-        others, knobs = [], {}
-        words = iter(rest)
-        for word in words:
-            if not word.startswith("--"):
+    def without_knobs(self, words: list[str]) -> tuple[list[str], dict[str, str]]:
+        """Take ``--key value`` and ``--key=value`` that are none of its own options out of words.
+
+        Returns
+        -------
+        others : list of str
+        knobs : dict of str to str
+            Values by key.
+        """
+        others: list[str] = []
+        knobs: dict[str, str] = {}
+        rest = iter(words)
+        for word in rest:
+            if word == "--":
+                return [*others, word, *rest], knobs
+            option, is_joined, value = word.partition("=")
+            if not word.startswith("--") or option in self.own_options:
                 others.append(word)
                 continue
-            key, is_joined, value = word.removeprefix("--").partition("=")
             if not is_joined:
-                value = next(words, "")
+                value = next(rest, "")
                 if not value or value.startswith("--"):
-                    self.error(f"--{key} lacks its value")
+                    self.error(f"{option} lacks its value")
+            key = option.removeprefix("--")
             if key in knobs:
-                self.error(f"--{key} is given twice")
+                self.error(f"{option} is given twice")
             knobs[key] = value
-        arguments.knobs = knobs
-        return others
+        return others, knobs
 
 
 # ------------------------------------------------------------------------------------- scenes

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import argparse
 
+from ...core.errors import InputError
 from ...sample_scenes import make_sample
 from .arguments import OpenFile
 from .lessons import folder_of, lesson_parser, say_if_speechless
-from .output import complain, print_result, progress_of, reason_told, say
+from .output import SOME_MISSING, complain, print_result, progress_of, reason_told, say
 
 
 def add_parser(commands: argparse._SubParsersAction) -> None:
@@ -18,7 +19,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     handout = lesson_parser(
         commands, "handout", "all lessons in the order of the lecture, as HTML and PDF",
         "Write a page with every lesson over its own scene, and print it to PDF if there is a\n"
-        "browser that can (Chromium, Chrome, Edge).",
+        "Chromium, Chrome or Edge where commands are looked for (PATH).",
     )  # fmt: skip
     handout.add_argument("--out", metavar="DIR", required=True, help="where the page goes")
     handout.add_argument("--lesson", nargs="+", metavar="NAME", help="these lessons only")
@@ -50,9 +51,14 @@ def run_handout(arguments: argparse.Namespace, open_file: OpenFile | None) -> in
     page = handout.write_page()
     if not arguments.quiet:
         print_result(arguments, f"{len(chosen) - failed} lessons in {page}")
-    if program := browser():
-        print_pdf(page, folder / "handout.pdf", program)
-        say(arguments, f"printed to {folder / 'handout.pdf'}")
-    else:
+    if (program := browser()) is None:
         say(arguments, "no browser here prints to PDF; print the page with one of yours")
-    return 1 if failed else 0
+        return SOME_MISSING if failed else 0
+    try:
+        print_pdf(page, folder / "handout.pdf", program)
+    except InputError as error:
+        complain(f"{error}; print the page with another browser")
+        failed += 1
+    else:
+        say(arguments, f"printed to {folder / 'handout.pdf'}")
+    return SOME_MISSING if failed else 0

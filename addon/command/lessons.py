@@ -74,7 +74,7 @@ def lesson_parser(
     """Declare a subcommand about lessons."""
     parser = commands.add_parser(
         name, help=what, description=description, epilog=f"{SPECS}\n{EXAMPLES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False,
     )  # fmt: skip
     parser.add_argument(
         "--quiet", action="store_true", help="print errors only, no progress or remark"
@@ -95,7 +95,6 @@ def add_subject(parser: argparse.ArgumentParser) -> None:
     add("--structure", metavar="SPEC", help="a structure in the place of the lesson's first one")
     add("--open-file", action="store_true", help="the file that is open in Blender is the SCENE")
     add_scene_options(parser)
-    parser.set_defaults(knobs={})
 
 
 # ------------------------------------------------------------------------------------------- list

@@ -58,6 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
     command_film.add_parser(commands)
     command_handout.add_parser(commands)
     command_prepare.add_parser(commands)
+    parser.knobbed = {name: commands.choices[name] for name in ("lesson", "film")}
     return parser
 
 

@@ -14,7 +14,7 @@ from ...core.kernels import cache_directory, has_numba
 from ...core.progress import SILENT
 from ...sample_scenes import make_sample
 from .arguments import OpenFile
-from .output import print_result, progress_of, say
+from .output import SOME_MISSING, complain, print_result, progress_of, reason_told, say
 
 SAMPLE = "suzanne:subdivisions=0"
 
@@ -40,15 +40,21 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
         say(arguments, "there is no Numba here, so nothing to compile")
         return 0
     progress = progress_of(arguments)
-    steps = list(parts())
+    steps, failed = list(parts()), 0
     for number, (what, work) in enumerate(steps):
         progress.report(number, len(steps), "Preparing")
         if not arguments.quiet:
             print_result(arguments, f"{number} of {len(steps)}: {what}")
-        work()
+        try:
+            work()
+        except Exception as error:  # a defect, too, is told, and is no reason to stop
+            arguments.stops.heed()
+            complain(f"{what}: {reason_told(error)}")
+            failed += 1
+    # What has failed will again: it is no reason to do all of it at every start.
     write_done()
-    say(arguments, "all is compiled")
-    return 0
+    say(arguments, f"{len(steps) - failed} of {len(steps)} are compiled")
+    return SOME_MISSING if failed else 0
 
 
 def is_done() -> bool:

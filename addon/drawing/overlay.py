@@ -209,7 +209,7 @@ def draw(display: Any, pixel_size: float = 1.0, has_cells: bool = True) -> None:
     pixel_size : float
         Pixels per unit of line width: 2 on a screen of high resolution.
     has_cells : bool
-        Whether cells are drawn, and the ray that goes through them.
+        Whether cells are drawn.
     """
     drawn = _overlay.drawn
     if not has_cells or not display.show or drawn is None:

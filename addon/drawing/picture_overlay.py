@@ -13,11 +13,12 @@ import bpy
 import gpu
 import numpy as np
 
+from ...core.colours import luminance
 from ...core.printing import print_lines, print_traceback
 from . import labels, overlay_shader, overlay_upload
 from .labels import Room
 from .overlay import tag_redraw
-from .texts import BRIGHT, Colour, Screen, luminance
+from .texts import BRIGHT, Colour, Screen
 from .viewport import room_in
 
 if TYPE_CHECKING:  # only the types: their modules bring Numba in

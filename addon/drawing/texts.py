@@ -6,6 +6,7 @@ import blf
 import gpu
 from gpu_extras.batch import batch_for_shader
 
+from ...core.colours import luminance
 from .labels import Room
 
 BRIGHT = 0.4
@@ -18,12 +19,6 @@ BACKDROP = 0.72
 """Opacity of what is behind a text."""
 
 Colour = tuple[float, float, float]
-
-
-def luminance(colour: Colour) -> float:
-    """Return how bright a colour is, from 0 to 1, as the shaders measure it."""
-    red, green, blue = colour
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
 class Screen:

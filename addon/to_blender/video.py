@@ -31,6 +31,9 @@ def encode(folder: Path, names: Sequence[str], video: Path, per_second: int) -> 
     """
     if not bpy.app.ffmpeg.supported:
         raise InputError("this Blender encodes no videos; make one of the pictures otherwise")
+    missing = [name for name in names if not (folder / name).is_file()]
+    if missing:
+        raise InputError(f"there is no picture {folder / missing[0]}")
     image = bpy.data.images.load(str(folder / names[0]))
     size = tuple(image.size)
     bpy.data.images.remove(image)

@@ -21,7 +21,7 @@ from ..errors import InputError
 from ..geometry.rays import Rays
 from ..progress import SILENT, Progress
 from ..scene import Scene
-from ..settings import key_of, parse, parse_spec, setting
+from ..settings import parse, parse_spec, setting
 from ..structures import structure_named
 from .moment import Moment
 from .picture import Picture
@@ -290,11 +290,3 @@ def build(scene: Scene, spec: str, progress: Progress = SILENT) -> Structure:
     entry = structure_named(name)
     settings: Any = parse(entry.Settings, texts, f"structure {name}")
     return entry.build(scene, settings, progress, log=True)
-
-
-def knobs(lesson: Lesson, settings: Any) -> dict[str, Any]:
-    """Return the knobs of a lesson by the keys of the command line."""
-    return {
-        key_of(field): getattr(settings, field.name)
-        for field in dataclasses.fields(lesson.Settings)
-    }

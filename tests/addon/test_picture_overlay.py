@@ -10,6 +10,7 @@ gpu = pytest.importorskip("gpu")
 
 from accelscope.addon.drawing import labels, picture_overlay, texts  # noqa: E402
 from accelscope.addon.drawing.labels import Room  # noqa: E402
+from accelscope.core.colours import luminance  # noqa: E402
 from accelscope.core.lessons.picture import Image, Mark, Picture, Row  # noqa: E402
 from mathutils import Matrix  # noqa: E402
 
@@ -80,8 +81,8 @@ def test_points_behind_the_eye_have_no_place():
 )
 def test_text_stands_out_from_any_background(behind, colour):
     screen = texts.Screen(12.0, behind)
-    text = texts.luminance(screen._legible(colour))
-    assert abs(text - texts.luminance(behind)) > 0.3
+    text = luminance(screen._legible(colour))
+    assert abs(text - luminance(behind)) > 0.3
 
 
 def test_a_long_caption_is_broken_into_lines():
@@ -167,9 +168,9 @@ def test_bright_lines_are_darker_on_a_bright_background(offscreen):
     segments = np.array([[[-0.8, 0.0, 0.0], [0.8, 0.0, 0.0]]])
     picture = Picture("a", segments, np.array([[1.0, 1.0, 0.2, 1.0]]))
     middle = drawn(offscreen, picture, is_bright=True)[SIZE // 2 - 2 : SIZE // 2 + 2, SIZE // 2]
-    assert texts.luminance(middle.min(axis=0)) < picture_overlay.DARK_ENOUGH + 0.1
+    assert luminance(middle.min(axis=0)) < picture_overlay.DARK_ENOUGH + 0.1
     middle = drawn(offscreen, picture)[SIZE // 2 - 2 : SIZE // 2 + 2, SIZE // 2]
-    assert texts.luminance(middle.max(axis=0)) > 0.8
+    assert luminance(middle.max(axis=0)) > 0.8
 
 
 def test_marks_and_images_are_drawn(offscreen):

@@ -35,6 +35,6 @@ def test_a_video_has_every_picture(bpy: Any, tmp_path: Path) -> None:
 def test_a_folder_that_is_not_there_is_said(bpy: Any, tmp_path: Path) -> None:
     from accelscope.addon.to_blender.video import encode
 
-    with pytest.raises((InputError, RuntimeError)):
+    with pytest.raises(InputError, match="there is no picture"):
         encode(tmp_path, ["none.png"], tmp_path / "film.mp4", 4)
     assert not (tmp_path / "film.mp4").exists()

@@ -1,6 +1,8 @@
 """``accelscope lessons``, ``lesson``, ``film``, ``handout``: what they print, write and refuse."""
 
+import html
 import json
+import shlex
 import struct
 
 import numpy as np
@@ -42,6 +44,8 @@ def test_a_lesson_in_words(run):
     assert ": 2 nodes" in out.out
     assert "Question: " in out.out
     assert "Source: core/structures/bvh/hierarchy.py" in out.out
+    for words in (["--level", "1", "levels"], ["levels", "--level=1", "--"]):
+        assert "Level 1 of " in run("lesson", *words, "sample:tetra:size=3").out
     # A knob beyond its end is turned back to it.
     last = run("lesson", "levels", "sample:tetra:size=3", "--level", 10**6).out.splitlines()[3]
     level, of, deepest = (last.split()[1], last.split()[2], last.split()[3])
@@ -105,6 +109,34 @@ def test_a_handout_of_some_lessons(run, tmp_path, monkeypatch):
     assert "beforeprint" in page
 
 
+def test_a_browser_that_fails_leaves_the_page(run, tmp_path, monkeypatch):
+    from accelscope.core.evaluation.pages import lesson_page
+
+    monkeypatch.setattr(lesson_page, "browser", lambda: "/bin/false")
+    (tmp_path / "handout.pdf").write_text("an old one")
+    out = run("handout", "--lesson", "levels", "--out", tmp_path)
+    assert out.code == 1
+    assert "1 lessons in" in out.out
+    assert out.err.count("error:") == 1
+    assert "print the page with another browser" in out.err
+    assert (tmp_path / "index.html").is_file()
+    assert not (tmp_path / "handout.pdf").exists()
+
+
+def test_the_command_on_a_page_leads_back_to_it(run, tmp_path):
+    page = tmp_path / "levels.html"
+    run("lesson", "levels", "--page", page)
+    assert "<code>accelscope lesson levels</code>" in page.read_text()
+    words = ["levels", "sample:tetra:size=2", "--structure", "bvh:max_leaf_size=1", "--level", 2]
+    run("lesson", *words, "--page", page)
+    text = html.unescape(page.read_text().partition("<code>accelscope lesson ")[2])
+    again = shlex.split(text.partition("</code>")[0])
+    assert again[0] == "levels"
+    assert again[1] == "sample:tetra:size=2"
+    caption = run("lesson", *words).out.splitlines()[3]
+    assert run("lesson", *again).out.splitlines()[3] == caption
+
+
 def test_without_pillow_pictures_are_without_text(run, tmp_path, monkeypatch):
     from accelscope.core.evaluation.pages import lettering
 
@@ -123,6 +155,9 @@ def test_without_pillow_pictures_are_without_text(run, tmp_path, monkeypatch):
         (["lesson", "levels", "--depth", "1"], "lesson levels has no setting 'depth'"),
         (["lesson", "levels", "--level"], "--level lacks its value"),
         (["lesson", "levels", "--level", "1", "--level=2"], "--level is given twice"),
+        (["lesson", "levels", "--pic", "x"], "lesson levels has no setting 'pic'"),
+        (["film", "levels", "--ou", "x"], "--out"),
+        (["evaluate", "--level", "1"], "unrecognized arguments: --level"),
         (["lesson", "levels", "--level", "-1"], "level must be at least 0"),
         (["lesson", "levels", "--level", "x"], "level takes a whole number"),
         (["lesson", "levels", "a.obj", "b.obj"], "a lesson takes one SCENE, not 2"),

@@ -35,6 +35,26 @@ def test_every_structure_and_every_lesson_is_prepared(run, monkeypatch, tmp_path
     assert prepare.is_done()
 
 
+@pytest.mark.skipif(not kernels.has_numba(), reason="there is nothing to compile with")
+def test_a_part_that_fails_leaves_the_others_alone(run, monkeypatch, tmp_path):
+    done = []
+
+    def compile_structure(name):
+        if name == "grid":
+            raise MemoryError
+        done.append(name)
+
+    monkeypatch.setattr(prepare, "compile_structure", compile_structure)
+    monkeypatch.setattr(prepare, "compile_lesson", done.append)
+    monkeypatch.setattr(prepare, "cache_directory", lambda: tmp_path / "kernels")
+    out = run("prepare")
+    assert out.code == 1
+    assert "error: Uniform Grid: " in out.err
+    assert len(done) == len(structures()) + len(lessons()) - 1
+    # Else each start of Blender would try all of it again.
+    assert prepare.is_done()
+
+
 def stand_in(tmp_path, code):
     """A program that takes the place of Python, and runs some code instead."""
     path = tmp_path / "python"
@@ -52,11 +72,15 @@ def wait_until(condition):
 
 @pytest.mark.skipif(os.name == "nt", reason="the stand-in begins with #!")
 def test_how_far_it_is_and_stopping_it(tmp_path):
-    code = "print('3 of 12: kd-Tree', flush=True)\ntime.sleep(60)"
+    # Like a compiler, it does not listen to less than being killed.
+    code = "import signal\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
+    code += "print('3 of 12: kd-Tree', flush=True)\ntime.sleep(60)"
     preparation = Preparation("accelscope", "", stand_in(tmp_path, code))
     wait_until(lambda: preparation.done == (0.25, "kd-Tree"))
     assert preparation.is_running
+    begun = time.monotonic()
     preparation.stop()
+    assert time.monotonic() - begun < 2.0
     assert not preparation.is_running
     preparation.stop()  # once more does no harm
 
@@ -71,15 +95,16 @@ def test_one_that_fails_is_not_running(tmp_path):
 @pytest.mark.exhaustive
 @pytest.mark.skipif(not kernels.has_numba(), reason="there is nothing to compile with")
 def test_what_one_name_of_the_package_has_compiled_the_same_name_finds(tmp_path):
-    command = [
-        sys.executable, str(ROOT / "addon" / "preparing.py"), "bl_ext.user_default.accelscope",
-        str(tmp_path),
-    ]  # fmt: skip
+    # By a link, as where a checkout is linked into Blender's folder of extensions.
+    (tmp_path / "accelscope").symlink_to(ROOT)
+    script = tmp_path / "accelscope" / "addon" / "preparing.py"
+    kernels_in = tmp_path / "kernels"
+    command = [sys.executable, str(script), "bl_ext.user_default.accelscope", str(kernels_in)]
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     known = []
     for _ in range(2):
         done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
         assert done.returncode == 0, done.stderr
-        known.append({path.name: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nbc")})
+        known.append({path.name: path.stat().st_mtime_ns for path in kernels_in.rglob("*.nbc")})
     assert len(known[0]) > 100
     assert known[0] == known[1]  # nothing was compiled once more

@@ -329,7 +329,7 @@ def test_many_hostile_scenes(lab, first):
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("seed", range(2 * len(KINDS)))
 def test_pictures_of_a_hostile_scene(lab, seed, tmp_path):
-    """Cells of every shape are drawn wherever they are, and exhibits are made."""
+    """Cells of every shape are drawn wherever they are, and lessons can be played."""
     kind, triangles = make_hostile(seed)
     try:
         scene = Scene.from_triangles(triangles, kind)

@@ -5,10 +5,12 @@ import contextlib
 import numpy as np
 import pytest
 from accelscope.core import kernels
-from accelscope.core.evaluation.rays.workloads import random_lines
-from accelscope.core.evaluation.records.environment import numba_version
+from accelscope.core.evaluation.rays.workloads import random_lines, workload_named
+from accelscope.core.evaluation.records.experiment import build as build_and_measure
+from accelscope.core.evaluation.records.experiment import make_record, trace
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.structures import structures
+from accelscope.core.structures.bvh import BVH
 
 pytestmark = pytest.mark.skipif(not kernels.has_numba(), reason="there is nothing to compile with")
 
@@ -48,18 +50,38 @@ def test_plain_and_compiled_are_the_same_bits(name, lab, plain):
     assert steps.tally() == compiled_steps.tally()
 
 
-def test_records_say_that_kernels_ran_plain(plain):
-    assert numba_version() is None
+def test_records_say_that_plain_python_has_built(lab, plain):
+    """Also those of rays that were traced by compiled kernels afterwards."""
+    scene = lab.small_scene("one")
+    built = build_and_measure(scene, BVH, BVH.Settings())
+    assert built.is_plain
     kernels.run_plain(False)
-    assert numba_version()
+    workload = workload_named("random_lines")
+    traced = trace(built, workload, workload.Settings(count=10))
+    assert make_record(built, traced)["environment"]["numba"] is None
+    compiled = build_and_measure(scene, BVH, BVH.Settings())
+    assert make_record(compiled, None)["environment"]["numba"]
 
 
-def test_an_inner_kernel_has_a_python_side_only_while_plain(plain):
+def test_an_inner_kernel_that_python_calls_runs_plain(plain):
     @kernels.inner
     def twice(number):
         return 2 * number
 
     assert kernels.call(twice, 3) == 6
     kernels.run_plain(False)
+    # A kernel that was begun plain goes on so, whatever is asked for meanwhile.
+    assert twice(3) == 6
     with pytest.raises(TypeError, match="only kernels call it"):
         kernels.call(twice, 3)
+
+
+def test_plain_ends_with_the_block():
+    def fail():
+        with kernels.plain(True):
+            assert kernels.is_plain()
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    assert not kernels.is_plain()

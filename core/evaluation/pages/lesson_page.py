@@ -6,6 +6,7 @@ import base64
 import dataclasses
 import io
 import json
+import shlex
 import shutil
 import subprocess
 import tempfile
@@ -20,7 +21,7 @@ from ...lessons.lesson import Lesson, Play, Subject
 from ...lessons.picture import Picture
 from ...printing import in_html
 from ...progress import SILENT, Progress
-from ...settings import key_of, to_text
+from ...settings import key_of, parse, parse_spec, to_text, value_to_text
 from ...writing import write_bytes
 from ..records.report import write_text
 from .lesson_pictures import LessonPainter
@@ -35,6 +36,9 @@ MOST_TURNS = 25
 
 BROWSERS = "chromium", "chromium-browser", "google-chrome", "chrome", "msedge"
 """What prints a page to PDF."""
+
+PATIENCE = 600.0
+"""Seconds that it may take."""
 
 
 class Played(NamedTuple):
@@ -120,12 +124,14 @@ def write_files(
 
     Of images whose colours mean something, the raw numbers are written beside them, as NPY files.
     """
-    names = []
+    names: list[str] = []
+    digits = max(len(str(len(pictures) - 1)), 2)  # by name they stand in their order
     for number, picture in enumerate(pictures):
-        names.append(f"{played.lesson.name}-{number:02}.png")
+        stem_of_all = f"{played.lesson.name}-{number:0{digits}}"
+        names.append(f"{stem_of_all}.png")
         write_png(folder / names[-1], painter.paint(picture))
         for image in picture.images:
-            stem = folder / f"{played.lesson.name}-{number:02}-{image.name}"
+            stem = folder / f"{stem_of_all}-{image.name}"
             write_png(stem.with_suffix(".png"), image.pixels)
             if image.values is not None:
                 raw = io.BytesIO()
@@ -192,20 +198,34 @@ def words_before(lesson: Lesson) -> str:
     )
 
 
+def command_of(played: Played) -> str:
+    """Return the command that leads here again, for whoever has the scene."""
+    lesson, subject = played.lesson, played.subject
+    words = ["accelscope", "lesson", lesson.name]
+    if subject.scene.source != f"sample:{lesson.sample}":
+        words.append(subject.scene.source)
+    if lesson.structures:
+        first = subject.structures[0]
+        name, texts = parse_spec(lesson.structures[0])
+        own: Any = parse(type(first).Settings, texts, "") if name == first.name else None
+        if first.settings != own:
+            words += ["--structure", f"{first.name}:{to_text(first.settings)}"]
+    for field in dataclasses.fields(lesson.Settings):
+        value = getattr(played.settings, field.name)
+        if value != field.default:
+            words += [f"--{key_of(field)}", value_to_text(field, value)]
+    return shlex.join(words)
+
+
 def words_after(played: Played) -> str:
     """Return the question with its answer, and how to come here again."""
     lesson, scene = played.lesson, played.subject.scene
-    settings = to_text(played.settings)
-    knobs = " ".join(
-        f"--{key_of(field)} {getattr(played.settings, field.name)}"
-        for field in dataclasses.fields(lesson.Settings)
-        if getattr(played.settings, field.name) != field.default
-    )
+    settings = to_text(played.settings).replace(",", ", ")
     return (
         f'<details><summary>{in_html(lesson.question)}</summary><p class="begin">'
         f"{in_html(lesson.answer)}.</p></details>"
-        f"<p>Scene {in_html(scene.name)}; {in_html(settings.replace(',', ', '))}. "
-        f"<code>accelscope lesson {in_html(f'{lesson.name} {knobs}'.strip())}</code>. "
+        f"<p>Scene {in_html(scene.name)}; {in_html(settings)}. "
+        f"<code>{in_html(command_of(played))}</code>. "
         f"Source: <code>core/{in_html(lesson.source.replace('.', '/'))}.py</code></p>"
     )
 
@@ -289,19 +309,22 @@ def browser() -> str | None:
 
 
 def print_pdf(page: Path, pdf: Path, program: str) -> None:
-    """Print a page with a browser.
+    """Print a page with a browser; what stood there before goes first.
 
     Raises
     ------
     InputError
         If it does not.
     """
+    pdf.unlink(missing_ok=True)
     with tempfile.TemporaryDirectory() as profile:
-        done = subprocess.run(
-            [program, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}",
-             "--no-pdf-header-footer", f"--print-to-pdf={pdf.resolve()}",
-             page.resolve().as_uri()],
-            capture_output=True, timeout=600, check=False,
-        )  # fmt: skip
-    if done.returncode != 0 or not pdf.is_file():
-        raise InputError(f"{Path(program).name} could not print {page.name} to {pdf.name}")
+        words = [
+            program, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}",
+            "--no-pdf-header-footer", f"--print-to-pdf={pdf.resolve()}", page.resolve().as_uri(),
+        ]  # fmt: skip
+        try:
+            subprocess.run(words, capture_output=True, timeout=PATIENCE, check=True)
+        except (OSError, subprocess.SubprocessError) as error:
+            raise InputError(f"{Path(program).name} could not print {page.name}") from error
+    if not pdf.is_file():
+        raise InputError(f"{Path(program).name} did not print {page.name} to {pdf.name}")

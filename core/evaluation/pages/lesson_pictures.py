@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...colours import luminance
 from ...geometry.box_shape import corners_of
 from ...lessons.picture import Picture
 from ...scene import Scene
@@ -104,6 +105,5 @@ def on_paper(colour: tuple[float, float, float] | None) -> tuple[float, float, f
     if colour is None:
         return INK
     red, green, blue = (float(channel) for channel in colour)
-    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
-    dim = min(1.0, 0.42 / max(luminance, 1e-9))
+    dim = min(1.0, 0.42 / max(luminance((red, green, blue)), 1e-9))
     return red * dim, green * dim, blue * dim

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels import has_numba, is_plain
+from ...kernels import has_numba
 from ...parallel import core_count
 
 MANIFEST = Path(__file__).parents[3] / "blender_manifest.toml"
@@ -67,7 +67,7 @@ def own_version() -> str:
 
 def numba_version() -> str | None:
     """Return the version of Numba; None where kernels run as plain Python."""
-    if not has_numba() or is_plain():
+    if not has_numba():
         return None
     import numba
 

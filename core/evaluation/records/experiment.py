@@ -30,7 +30,7 @@ from ...geometry.rays import ALL, Rays, joined_rays
 from ...geometry.solids.description import Sphere
 from ...geometry.solids.mixed import Mixed
 from ...geometry.triangles import Triangles
-from ...kernels import announcing
+from ...kernels import announcing, is_plain
 from ...parallel import core_count
 from ...progress import SILENT, Progress
 from ...scene import Scene
@@ -49,10 +49,14 @@ them, 0 where there was nothing to count; names and meanings are the same.
 
 @dataclass(frozen=True)
 class Built:
-    """A structure and the seconds its build took."""
+    """A structure, the seconds its build took, and whether plain Python has built it meanwhile.
+
+    The last is so where kernels were not compiled yet (:func:`..kernels.run_plain`).
+    """
 
     structure: Structure
     seconds: float
+    is_plain: bool = False
 
 
 @dataclass(frozen=True)
@@ -98,7 +102,7 @@ def build(
     warm_up(structure_type, settings, progress, scene.geometry)
     start = time.perf_counter()
     structure = structure_type.build(scene, settings, progress, log=log)
-    return Built(structure, time.perf_counter() - start)
+    return Built(structure, time.perf_counter() - start, is_plain())
 
 
 def warm_up(
@@ -302,6 +306,8 @@ def make_record(built: Built, traced: Traced | None, progress: Progress = SILENT
         "statistics": of_keys(structure.statistics(progress).to_json(), structure.FIGURES),
         "environment": environment(traced.threads if traced else None),
     }
+    if built.is_plain:  # its seconds are not those of compiled kernels, whatever traces now
+        record["environment"]["numba"] = None
     if traced is None:
         return record
     classes = np.bincount(traced.rays.classes, minlength=len(traced.rays.class_names))
