@@ -90,7 +90,8 @@ class Parser(argparse.ArgumentParser):
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse; values may begin with a dash and a digit, and a SCENE may stand anywhere."""
         words = sys.argv[1:] if args is None else list(args)
-        given, knobs = words, {}
+        given = words
+        knobs: dict[str, str] = {}
         if words and words[0] in self.knobbed:
             given, knobs = self.knobbed[words[0]].without_knobs(words)
         # argparse takes no word for an option that begins with a space.
