@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from accelscope.core.lessons.bounding_volume import SHOWN
+from accelscope.core.lessons.bounding_volume import SHOWN, Settings
+from accelscope.core.lessons.drawing import BLUE, RED
 
 CLOSED = {
     "aabb": 1.0 / np.sqrt(12.0), "kdop14": 1.0, "kdop18": np.sqrt(2.0 / 3.0), "kdop26": 1.0,
@@ -20,11 +21,17 @@ def test_surfaces_around_an_octahedron(play_lesson, octahedron):
 
 
 @pytest.mark.parametrize("name", ["bunny", "one", "flat", "mess"])
-def test_no_volume_is_smaller_than_the_hull(lab, play_lesson, name):
+def test_no_volume_is_smaller_than_the_hull(lab, play_lesson, read_charts, name):
     play = play_lesson("bounding_volume", lab.small_scene(name)).play
     assert all(time > 0.0 for time in play.times.values())
     for kind in SHOWN:
         assert play.ratio(kind) > 1.0 - 1e-6
+    for chosen in SHOWN:
+        (chart,) = read_charts(play, Settings(chosen))
+        others = [(play.times[kind], play.ratio(kind)) for kind in SHOWN if kind != chosen]
+        np.testing.assert_allclose(chart.stars(BLUE), others)
+        point = play.times[chosen], play.ratio(chosen)
+        np.testing.assert_allclose(chart.lines(RED)[0, 1], point)
     # More strips cannot be looser, and the exact sphere is none larger than the fast one.
     assert play.areas["kdop26"] <= min(play.areas["kdop14"], play.areas["kdop18"]) * (1 + 1e-9)
     assert play.areas["kdop14"] <= play.areas["aabb"] * (1 + 1e-9)

@@ -7,10 +7,12 @@ import functools
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
+from accelscope.core.geometry.marks import stars
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.lessons import lesson_named
 from accelscope.core.lessons.dda import AxisSettings
-from accelscope.core.lessons.grid_traversal import CellSettings
+from accelscope.core.lessons.drawing import RED
+from accelscope.core.lessons.grid_traversal import AXIS_COLOURS, CellSettings
 from accelscope.core.lessons.lesson import Subject, build
 from accelscope.core.progress import SILENT
 from accelscope.sample_scenes import make_sample
@@ -86,6 +88,21 @@ def test_the_ladder_is_the_walks_own_to_the_bit(lab, name):
     assert seen > 5
 
 
+DOTS = *AXIS_COLOURS, RED
+
+
+def dots_of(play, picture, colour):
+    """The arms of the dots of a colour in a picture: no other line of it is as short."""
+    segments = picture.segments[(picture.colours == colour).all(axis=1)]
+    lengths = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
+    return segments[np.isclose(lengths, 0.035 * play.size)]
+
+
+def dots_on(play, t):
+    """The arms of dots on the ray in the section, at some t."""
+    return stars(play.at(t), np.full(1, 0.035 * play.size))
+
+
 @pytest.mark.parametrize("lesson", NAMES)
 @pytest.mark.parametrize("name", ["suzanne:subdivisions=1", "one", "flat", "mess"])
 def test_pictures_say_what_the_ladder_has(lab, lesson, name):
@@ -100,6 +117,8 @@ def test_pictures_say_what_the_ladder_has(lab, lesson, name):
                 assert rows["L" + "xyz"[each]] == f"{left:.4g}"
                 assert rows["D" + "xyz"[each]] == f"{play.ladder.spacing[each]:.4g}"
             assert picture.caption.startswith(f"{len(play.crossings(axis))} wall")
+            dots = np.concatenate([dots_of(play, picture, colour) for colour in DOTS])
+            np.testing.assert_array_equal(dots, dots_on(play, play.crossings(axis)))
         return
     for cell in range(play.ends["cell"] + 1):
         picture = play.picture(CellSettings(cell))
@@ -107,7 +126,17 @@ def test_pictures_say_what_the_ladder_has(lab, lesson, name):
         rows = {row.label: row.text for row in picture.rows}
         assert rows["Cell"] == "[{}, {}, {}]".format(*play.ladder.cell[cell])
         if lesson == "dda_step":
-            left = play.ladder.walls[cell] - play.t[cell]
+            # The next walls have dots as far as the ladder goes, red that of the least.
+            walls, leaves = play.ladder.walls[cell], play.axis_of(cell)
+            assert walls[leaves] <= play.end or cell == play.ends["cell"]
+            for axis, colour in enumerate(DOTS[:3]):
+                met = walls[[axis]][(walls[[axis]] <= play.end) & (axis != leaves)]
+                np.testing.assert_array_equal(
+                    dots_of(play, picture, colour), dots_on(play, met)
+                )  # fmt: skip
+            met = walls[[leaves]][walls[[leaves]] <= play.end]
+            np.testing.assert_array_equal(dots_of(play, picture, RED), dots_on(play, met))
+            left = walls - play.t[cell]
             assert rows["D = min"] == f"{left.min():.4g}"
             assert ("Next Cell" in rows) == (cell < play.ends["cell"])
             if "Next Cell" in rows:

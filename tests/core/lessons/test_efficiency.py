@@ -44,6 +44,12 @@ def test_a_node_pays_as_the_inequality_says(lab, play_lesson, name, spec):
         assert (RED[:3] in colours) == (left >= right)
         verdicts.append(left < right)
     assert verdicts == sorted(verdicts)
+    # Of those that do not pay, that with the greatest loss comes first: its share of the lines
+    # through the root times what it costs each of them.
+    gain = bvh.efficiency().gain[play.worst]
+    loss = (gain * areas[play.worst])[gain <= 0.0]
+    assert len(loss) == figures.extra["nodes_not_paying"]
+    assert (np.diff(loss) >= 0.0).all()
 
 
 def references_below(bvh, node):

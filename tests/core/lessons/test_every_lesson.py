@@ -25,8 +25,16 @@ def subject_of(name):
 
 
 @functools.cache
+def played_once(name, key):
+    """A lesson played with some of its knobs, which `key` has by name."""
+    lesson = lessons()[name]
+    return lesson.play(subject_of(name), lesson.Settings(**dict(key)), SILENT)
+
+
 def played(name, settings):
-    return lessons()[name].play(subject_of(name), settings, SILENT)
+    """A lesson played; knobs that play nothing anew have the same play, as they have on screen."""
+    lesson = lessons()[name]
+    return played_once(name, tuple(zip(lesson.replays, lesson.key(settings), strict=True)))
 
 
 def picture_of(lesson: Lesson, settings):

@@ -7,6 +7,7 @@ import pytest
 from accelscope.core.geometry.rays import ALL, CLOSEST
 from accelscope.core.lessons import lesson_named
 from accelscope.core.lessons.heat_map import (
+    BARS,
     COUNTERS,
     CROSS,
     Settings,
@@ -42,6 +43,13 @@ def test_colours_are_the_counters_of_the_rays(name, lab, build):
             np.testing.assert_array_equal(image.values, values)
             low, high = values.min(), brightest_of(values)
             expected = viridis((values - low) / ((high - low) or 1.0))
+            # Below stands their histogram; pixels whose counter is 0 are in none of its bars.
+            share = np.minimum((values[values > 0] - low) / ((high - low) or 1.0), 1.0)
+            counted = np.bincount(np.minimum((BARS * share).astype(int), BARS - 1), minlength=BARS)
+            strip = (image.pixels[30:] != 0.25).any(axis=2).sum(axis=0)
+            bars = counted[np.minimum(np.arange(40) * BARS // 39, BARS - 1)]
+            want = np.ceil((len(image.pixels) - 31) * bars / max(int(counted.max()), 1))
+            np.testing.assert_array_equal(strip, want)
             is_cross = (image.pixels[:30] == CROSS).all(axis=2)
             assert 0 < is_cross.sum() <= 12
             np.testing.assert_allclose(image.pixels[:30][~is_cross], expected[~is_cross])

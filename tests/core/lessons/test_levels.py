@@ -26,6 +26,8 @@ def test_every_level_holds_the_scene(lab, build):
         low, high = picture.segments.min(axis=(0, 1)), picture.segments.max(axis=(0, 1))
         np.testing.assert_array_equal([low, high], [structure.scene.lower, structure.scene.upper])
         rows = {row.label: int(row.text) for row in picture.rows}
+        share = surface_area(cells.boxes[shown]).sum() / surface_area(cells.boxes[0])
+        assert f"; together {share:.2f} times the root's surface" in picture.caption
         assert rows["Nodes on the Level"] == (cells.depth == level).sum()
         assert rows["Leaves among Them"] == (cells.is_leaf & (cells.depth == level)).sum()
     first = play.picture(Settings(0)).caption

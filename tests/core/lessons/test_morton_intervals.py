@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.lessons.morton_intervals import (
+    MOST_BRACKETS,
     Intervals,
     Settings,
     has_intervals,
@@ -17,7 +18,9 @@ from accelscope.core.structures.bvh.topology.tree import ranges_of
 
 @pytest.mark.parametrize("builder", ["lbvh", "lbvh_parallel", "hlbvh"])
 @pytest.mark.parametrize("optimise", ["none", "rotate"])
-def test_the_levels_along_the_curve_are_those_of_the_tree(muddle, build, builder, optimise):
+def test_the_levels_along_the_curve_are_those_of_the_tree(
+    muddle, build, read_charts, builder, optimise
+):
     text = f"builder={builder}"
     bvh = build("bvh", muddle, f"{text},optimise={optimise}", log=True)
     # What an optimiser gets has one triangle a leaf.
@@ -40,7 +43,16 @@ def test_the_levels_along_the_curve_are_those_of_the_tree(muddle, build, builder
             assert np.array_equal(inside, np.sort(tree.triangles.ids[begin[node] : end[node]]))
         runs = 1 + np.count_nonzero(np.diff(level.node))
         assert runs == len(nodes) or builder == "hlbvh"
-        picture = play.picture(Settings(number))
+        (chart,) = read_charts(play, Settings(number))
+        picture = chart.picture
+        if runs <= MOST_BRACKETS:  # the level's brackets, a tenth shorter at either end
+            across, left, _ = chart.values(picture.segments[-3 * runs :]).reshape(3, runs, 2, 2)
+            begins = np.flatnonzero(np.diff(level.node, prepend=-1))
+            lengths = np.diff(begins, append=len(level.node))
+            ends = np.stack([begins + 0.1 * lengths, begins + 0.9 * lengths], axis=1)
+            np.testing.assert_allclose(across[..., 0], ends)
+            np.testing.assert_allclose(across[..., 1], len(play.levels) - number, atol=1e-9)
+            np.testing.assert_allclose(left[:, 0], across[:, 0])
         assert f": {len(nodes)} node" in picture.caption
         assert f", {runs} interval" in picture.caption
         assert f"{level.sizes.max()} triangle" in picture.caption

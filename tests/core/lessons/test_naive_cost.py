@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from accelscope.core.lessons.drawing import ORANGE
+from accelscope.core.lessons.drawing import BLUE, ORANGE, RED
+from accelscope.core.lessons.naive_cost import Settings
 from accelscope.core.structures import structures
 
 
@@ -34,8 +35,14 @@ def test_parts_are_eighths_and_their_rows_say_so(play_lesson):
         assert f"N = {-(-n * part // 8):,}".replace(",", " ") in picture.caption
 
 
-def test_the_stars_of_the_chart_lie_on_the_fitted_line(play_lesson):
-    picture = play_lesson("naive_cost").picture()
+def test_the_stars_of_the_chart_lie_on_the_fitted_line(play_lesson, read_charts):
+    play = play_lesson("naive_cost").play
+    (chart,) = read_charts(play, Settings(3))
+    counts, picture = play.growth.counts, chart.picture
+    np.testing.assert_allclose(chart.stars(ORANGE), np.stack([counts, counts], axis=1))
+    with_bvh = np.stack([counts, play.growth.tests.mean(axis=1)], axis=1)
+    np.testing.assert_allclose(chart.curve(BLUE), with_bvh)
+    np.testing.assert_allclose(chart.lines(RED)[0, 1], (counts[2], counts[2]))
     orange = picture.segments[(picture.colours[:, :3] == ORANGE[:3]).all(axis=1)]
     line, stars = orange[0], orange[1:].reshape(8, 3, 2, 3).mean(axis=(1, 2))
     along = (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])

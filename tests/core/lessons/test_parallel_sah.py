@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from accelscope.core.lessons.drawing import RED
+from accelscope.core.lessons.drawing import BLUE, GREY, RED
 from accelscope.core.lessons.parallel_sah import Reduction, Settings
 from accelscope.core.progress import SILENT
 from accelscope.core.sah.split_curve import split_curve
 from accelscope.core.scene import Scene
 
 
-def test_the_reduction_leaves_the_plane_that_the_builder_noted(lab, build):
+def test_the_reduction_leaves_the_plane_that_the_builder_noted(lab, build, read_charts):
     tree = build("bvh", lab.small_scene("suzanne"), "builder=parallel_sah,bins=10", log=True)
     play, curve = Reduction(tree, tree.build_log, SILENT), split_curve(tree, 0)
     assert play.ends == {"step": 5}
@@ -25,7 +25,13 @@ def test_the_reduction_leaves_the_plane_that_the_builder_noted(lab, build):
     winner = play.left[-1][0]
     assert (winner // 10, play.planes[winner]) == (axis, position)
     for step in range(6):
-        picture = play.picture(Settings(step))
+        (chart,) = read_charts(play, Settings(step))
+        picture, slack = chart.picture, 1e-9 * chart.chart.top
+        bars = chart.lines(GREY)[2:], chart.lines(BLUE)
+        for drawn, candidates in zip(bars, (np.arange(30), play.left[step]), strict=True):
+            x, costs = candidates[np.isfinite(play.costs[candidates])], play.costs
+            np.testing.assert_allclose(drawn[:, 0], np.stack([x, 0 * x], axis=1), atol=slack)
+            np.testing.assert_allclose(drawn[:, 1], np.stack([x, costs[x]], axis=1), atol=slack)
         red = picture.segments[(picture.colours == RED).all(axis=1)]
         assert len(red) == (6 if step == 5 else 0)
         assert (red[..., axis] == position).all()

@@ -5,6 +5,7 @@ import pytest
 from accelscope.core.contract.build_log import MERGE
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import box_segments
+from accelscope.core.lessons.drawing import BLUE, ORANGE
 from accelscope.core.lessons.ploc import Clusters, Settings, was_clustered
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT
@@ -14,7 +15,7 @@ from accelscope.core.structures.bvh.topology.tree import leaves_only
 
 
 @pytest.mark.parametrize("optimise", ["none", "reinsert", "treelet"])
-def test_the_clusters_shown_are_those_of_every_iteration(muddle, build, optimise):
+def test_the_clusters_shown_are_those_of_every_iteration(muddle, build, read_charts, optimise):
     bvh = build("bvh", muddle, f"builder=ploc,optimise={optimise}", log=True)
     play = Clusters(bvh, bvh.build_log, SILENT)
     shots, boxes = play.shots, boxes_of(muddle.triangles)
@@ -36,6 +37,11 @@ def test_the_clusters_shown_are_those_of_every_iteration(muddle, build, optimise
         assert np.array_equal(picture.segments[:count], box_segments(shot.boxes))
         bright = picture.colours[:count:12, 3] == 1.0
         assert np.array_equal(bright, shot.is_new)
+        (chart,) = read_charts(play, Settings(number))
+        left = np.log10(bvh.figures["clusters"])
+        curve = np.stack([np.arange(len(left)), left], axis=1)
+        np.testing.assert_allclose(chart.curve(BLUE), curve, atol=1e-9)
+        np.testing.assert_allclose(chart.lines(ORANGE)[0, 1], curve[number], atol=1e-9)
 
 
 def test_other_trees_and_meshes(lab, build, play_lesson):

@@ -7,7 +7,7 @@ from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, Rando
 from accelscope.core.evaluation.records.animation import animate
 from accelscope.core.geometry.box_shape import box_segments
 from accelscope.core.lessons import lesson_named
-from accelscope.core.lessons.drawing import BLUE, ORANGE
+from accelscope.core.lessons.drawing import BLUE, ORANGE, RED
 from accelscope.core.lessons.lesson import Subject
 from accelscope.core.lessons.refit import (
     DEFORMATIONS,
@@ -31,7 +31,7 @@ def boxes_drawn(picture, colour):
 
 @pytest.mark.parametrize("name", ["suzanne", "one", "flat", "mess"])
 @pytest.mark.parametrize("deformation", DEFORMATIONS)
-def test_both_trees_are_shown_as_they_are(lab, play_lesson, name, deformation):
+def test_both_trees_are_shown_as_they_are(lab, play_lesson, read_charts, name, deformation):
     scene = lab.small_scene(name)
     played = play_lesson("refit", scene, deformation=deformation)
     (tree,) = played.subject.structures
@@ -41,6 +41,11 @@ def test_both_trees_are_shown_as_they_are(lab, play_lesson, name, deformation):
         there = deformed(scene, deformation, frame / (FRAMES - 1))
         refitted, rebuilt = tree.refitted(there), BVH.build(there, tree.settings)
         costs = [each.statistics().sah for each in (refitted, rebuilt)]
+        (chart,) = read_charts(played.play, Settings(frame))
+        for cost, colour in zip(costs, (ORANGE, BLUE), strict=True):
+            curve = chart.curve(colour)
+            assert len(curve) == FRAMES
+            np.testing.assert_allclose(curve[frame], (frame, cost), atol=1e-9 * chart.chart.top)
         for level in range(played.play.ends["level"] + 1):
             picture = played.picture(frame=frame, level=level)
             assert f"{costs[0]:.2f} refitted, {costs[1]:.2f} built" in picture.caption
@@ -52,7 +57,7 @@ def test_both_trees_are_shown_as_they_are(lab, play_lesson, name, deformation):
                     np.testing.assert_allclose(drawn, want - want[0, 0], atol=1e-12 * size)
 
 
-def test_an_animation_that_was_compared_is_shown(lab):
+def test_an_animation_that_was_compared_is_shown(lab, read_charts):
     scene = lab.small_scene("bunny")
     frames = [(number, deformed(scene, "twist", 0.2 * number)) for number in (3, 4, 8)]
     lines = RandomLinesSettings(count=100)
@@ -64,6 +69,10 @@ def test_an_animation_that_was_compared_is_shown(lab):
     costs = [record["statistics"]["sah"] for record in found.records]
     picture = play.picture(Settings(2))
     assert f"Frame 8: SAH {costs[4]:.2f} refitted, {costs[5]:.2f} built anew" in picture.caption
+    (chart,) = read_charts(play, Settings(2))
+    for colour, own in ((ORANGE, costs[::2]), (BLUE, costs[1::2])):
+        np.testing.assert_allclose(chart.curve(colour), [*zip((3, 4, 8), own, strict=True)])
+    np.testing.assert_allclose(chart.lines(RED)[0], [(8.0, 0.0), (8.0, costs[4])], atol=1e-9)
     again = history_of(frames, found.original)
     for a, b in zip(again, found.history, strict=True):
         assert (a.frame, a.refit, a.rebuild) == (b.frame, b.refit, b.rebuild)

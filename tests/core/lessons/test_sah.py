@@ -6,6 +6,7 @@ from accelscope.core.contract.build_log import SPLIT
 from accelscope.core.errors import InputError
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.lessons import lesson_named
+from accelscope.core.lessons.drawing import BLUE, GREY, ORANGE
 from accelscope.core.lessons.lesson import Subject
 from accelscope.core.lessons.sah import Sah, Settings
 from accelscope.core.lessons.splits import was_split_by_cost
@@ -16,7 +17,7 @@ from accelscope.core.structures.bvh.topology.tree import ranges_of
 @pytest.mark.parametrize("builder", ["sweep_sah", "binned_sah", "parallel_sah"])
 @pytest.mark.parametrize("scene", ["suzanne", "mess"])
 def test_the_terms_of_a_split_are_those_of_the_tree_and_add_up_to_the_cost_of_the_log(
-    lab, build, scene, builder
+    lab, build, read_charts, scene, builder
 ):
     bvh = build("bvh", lab.small_scene(scene), f"builder={builder},C_trav=3,C_isect=2", log=True)
     play, log = Sah(bvh, SILENT), bvh.build_log
@@ -24,8 +25,10 @@ def test_the_terms_of_a_split_are_those_of_the_tree_and_add_up_to_the_cost_of_th
     boxes = bvh.arrays.volumes.boxes()
     finite = (log.kind == SPLIT) & (log.axis >= 0) & np.isfinite(log.cost)
     assert play.ends["node"] + 1 == len(play.splits) == min(int(finite.sum()), 31)
+    # Those nearest to the root, level by level.
     depths = [split.depth for split in play.splits]
-    assert depths == sorted(depths)
+    assert depths == sorted(bvh.depths()[log.cells[log.node[finite]]])[: len(depths)]
+    assert play.splits[0].node == 0
     for number, (split, terms) in enumerate(zip(play.splits, play.terms, strict=True)):
         event = log.split_of(split.node)
         assert terms.cost == pytest.approx(split.cost, rel=1e-12)
@@ -38,7 +41,17 @@ def test_the_terms_of_a_split_are_those_of_the_tree_and_add_up_to_the_cost_of_th
         assert (end - begin)[children].tolist() == [terms.N_L, terms.N_R]
         area = surface_area(boxes[split.node])
         assert terms.p_L == surface_area(boxes[children[0]]) / area
-        last = play.picture(Settings(number, "cost"))
+        (chart,) = read_charts(play, Settings(number, "cost"))
+        # The terms stand on each other, and beside them what the node costs undivided.
+        left = 2.0 * surface_area(boxes[children[0]]) / area * terms.N_L
+        undivided = 2.0 * (terms.N_L + terms.N_R)
+        for colour, bars in (
+            (GREY, [(0.0, 3.0), (0.0, undivided)]), (BLUE, [(3.0, 3.0 + left)]),
+            (ORANGE, [(3.0 + left, split.cost)]),
+        ):  # fmt: skip
+            drawn = chart.rectangles(colour)[:, [1, 3]]
+            np.testing.assert_allclose(drawn, bars, atol=1e-9 * undivided)
+        last = chart.picture
         assert f"= {split.cost:.2f}" in last.caption
         assert f"Cost = {split.cost:.2f}" in [mark.text for mark in last.marks]
 

@@ -10,8 +10,9 @@ from accelscope.core.structures import structures
 def test_shadows_of_an_octahedron_in_its_box(play_lesson, octahedron):
     play = play_lesson("solid_efficiency", octahedron, volume="aabb").play
     # Half the sum of A |n . d| over all faces: 2 of 4 along an axis, sqrt 3 of 4 sqrt 3 there.
+    # Parallel lines are spread evenly, and counted nearly as exactly: to 2.6e-4 of 20 000.
     for direction, share in (("x", 0.5), ("y", 0.5), ("z", 0.5), ("diagonal", 0.25)):
-        assert play.counted[direction].ratio == pytest.approx(share, abs=0.005)
+        assert play.counted[direction].ratio == pytest.approx(share, abs=5e-4)
     n = int(play.counted["all"].hits_volume.sum())
     p = 1.0 / np.sqrt(12.0)
     assert abs(play.counted["all"].ratio - p) < 4.0 * np.sqrt(p * (1.0 - p) / n)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.lessons.drawing import BLUE, ORANGE, RED
+from accelscope.core.lessons.split_plane import SAMPLES, Settings
 
 SHARES = 0.0, 0.3, 1.0
 
@@ -53,13 +54,21 @@ def test_items_have_the_colour_of_their_side(lab, play_lesson):
         assert not {edge.tobytes() for edge in edges[~side].reshape(-1, 2, 3)} & drawn(colour)
 
 
-def test_the_curve_passes_through_the_plane_and_stands_beside_the_model(play_lesson):
+def test_the_curve_passes_through_the_plane_and_stands_beside_the_model(play_lesson, read_charts):
     played = play_lesson("split_plane")
     scene = played.scene
     for axis in "xyz":
         segments = played.picture(axis=axis, position=0.5).segments
         beside = (segments < scene.lower - 0.1) | (segments > scene.upper + 0.05)
         assert beside.any()
+        for sample in (60, 120):
+            share = sample / (SAMPLES - 1)
+            (chart,) = read_charts(played.play, Settings(axis, share))
+            curve, point = chart.curve(ORANGE), chart.lines(RED)[0, 1]
+            assert len(curve) == SAMPLES
+            cost = played.row("Cost(V -> {L, R})", axis=axis, position=share)
+            assert point[1] == pytest.approx(float(cost), rel=1e-3)  # which has a few digits
+            np.testing.assert_allclose(curve[sample], point, atol=1e-9)
     cheapest = played.play.on_page(played.lesson, played.settings)[1:]
     for settings in cheapest:
         costs = [

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from accelscope.core.lessons.lesson import build
 from accelscope.core.lessons.solid_efficiency import DIRECTIONS
-from accelscope.core.lessons.sub_volumes import BUNCH, BUNCHES
+from accelscope.core.lessons.sub_volumes import BUNCH, BUNCHES, Settings, colour_of
 from accelscope.core.progress import SILENT
 
 
@@ -30,7 +30,7 @@ def test_expected_shares_are_those_of_the_tree(lab, play_lesson, name):
             assert (np.abs(shares[-1] - p) <= 4.0 * np.sqrt(p * (1.0 - p) / n) + 2.0 / n).all()
 
 
-def test_shares_are_counted_among_the_lines_so_far(play_lesson):
+def test_shares_are_counted_among_the_lines_so_far(play_lesson, read_charts):
     played = play_lesson("sub_volumes")
     play = played.play
     for bunches in (1, 7, BUNCHES):
@@ -41,6 +41,11 @@ def test_shares_are_counted_among_the_lines_so_far(play_lesson):
         for part in range(len(play.nodes)):
             text = played.row(f"p_{part}", bunches=bunches)
             assert text.startswith(f"{both[part] / through:.4f}, S_i / S = ")
+    (chart,) = read_charts(play, Settings(7, 0))
+    counts, shares = play.counted("all")
+    for part in range(1, len(play.nodes)):
+        curve = np.stack([counts[:7], np.minimum(shares[:7, part], chart.chart.top)], axis=1)
+        np.testing.assert_allclose(chart.curve(colour_of(part, len(play.nodes))), curve, atol=1e-9)
     assert not (play.parts_hit["all"].any(axis=1) & ~play.hits["all"]).any()
 
 
@@ -57,5 +62,8 @@ def test_other_volumes(lab, play_lesson, kind):
     for direction in DIRECTIONS:
         counts, shares = play.counted(direction)
         p, n = play.expected[direction], counts[-1]
+        if kind == "smallest_sphere":  # a circle is what any direction sees of it
+            radii = bvh.arrays.volumes.rows[:, 3]
+            assert p == pytest.approx((radii[play.nodes] / radii[0]) ** 2, rel=1e-12)
         if kind == "kdop14":
             assert (np.abs(shares[-1] - p) <= 4.0 * np.sqrt(p * (1.0 - p) / n) + 2.0 / n).all()

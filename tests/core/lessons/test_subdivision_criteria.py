@@ -7,7 +7,9 @@ import pytest
 from accelscope.core.contract.build_log import SPLIT
 from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.lessons import lesson_named
+from accelscope.core.lessons.drawing import ORANGE, RED
 from accelscope.core.lessons.lesson import Subject
+from accelscope.core.lessons.section import frame_of_plane, place_beside, section_of
 from accelscope.core.lessons.subdivision_criteria import ORDERS, Settings
 from accelscope.core.progress import SILENT
 
@@ -48,6 +50,28 @@ def test_cells_are_cut_in_the_order_that_is_claimed(lab, name, limits):
         rows = {row.label: row.text for row in picture.rows}
         waits = int((leaves & each.is_candidate).sum())
         assert rows[f"{ORDERS[order]}: Now"].startswith(f"{int(leaves.sum())} leaves, {waits} wait")
+
+
+@pytest.mark.parametrize("name", ["mess", "suzanne"])
+def test_orange_cells_wait_and_red_ones_are_new(lab, name):
+    m, k, budget = 4, 12, 60
+    play = LESSON.play(Subject(lab.small_scene(name)), Settings(0, m, k, budget), SILENT)
+    scene, plane = play.scene, play.plane
+    for step in (0, 1, 7, play.ends["step"]):
+        picture, waiting, newest = play.picture(Settings(step, m, k, budget)), [], []
+        for number, each in enumerate(play.trees.values()):
+            cells, shift, now = each.cells, place_beside(scene, number), min(step, each.cuts)
+            there = each.there(now)
+            waits = np.flatnonzero(there & (each.count > m) & (cells.depth < k))
+            waiting.append(section_of(cells, waits, plane).moved(shift).fans())
+            new = np.flatnonzero(there & (each.made == now)) if step else waits[:0]
+            section = section_of(cells, new, plane).moved(shift)
+            newest += [section.segments, section.raised(scene).segments]
+        orange = picture.faces[(picture.face_colours[:, :3] == ORANGE[:3]).all(axis=1)]
+        np.testing.assert_array_equal(orange, np.concatenate(waiting))
+        red = picture.segments[(picture.colours == RED).all(axis=1)]
+        frame = frame_of_plane(scene, plane)
+        np.testing.assert_array_equal(red, np.concatenate([frame, *newest]))
 
 
 def test_without_a_budget_that_ends_it_all_orders_give_one_tree(lab):

@@ -4,14 +4,33 @@ import numpy as np
 import pytest
 from accelscope.core.contract.build_log import MOVE
 from accelscope.core.geometry.box_shape import box_segments, surface_area
-from accelscope.core.lessons.drawing import GREEN, RED
+from accelscope.core.lessons.drawing import GREEN, GREY, RED
 from accelscope.core.lessons.moves import MOST_MOVES
 from accelscope.core.lessons.treelets import Settings, Treelets, boxes_of_treelet
 from accelscope.core.progress import SILENT
 
 
+def check_tree(chart, colour, boxes, children):
+    """Assert that every node of a treelet that is drawn as a tree is as high as it is large."""
+    count = len(children) + 1
+    heights = surface_area(boxes) / surface_area(boxes[count])
+    # To each of two children there is a way across and a way down.
+    ways = chart.lines(colour).reshape(count - 1, 2, 2, 2, 2)
+    (begin, corner), (above, end) = np.moveaxis(ways, (2, 3), (0, 1))
+    np.testing.assert_allclose(corner, above)
+    np.testing.assert_allclose(begin[:, :, 1], np.repeat(heights[count:, None], 2, axis=1))
+    np.testing.assert_allclose(above[:, :, 1], begin[:, :, 1])
+    np.testing.assert_allclose(end[:, :, 1], heights[children], atol=1e-9)
+    # Each stands above the middle of its children.
+    x = np.empty(2 * count - 1)
+    x[count], x[children] = begin[0, 0, 0], end[:, :, 0]
+    np.testing.assert_allclose(x[count:], x[children].mean(axis=1), atol=1e-9)
+    leaves = chart.lines(GREY)[2::4, 1]  # behind the axes, before the arms of each star
+    np.testing.assert_allclose(leaves, np.stack([x, heights], axis=1)[:count], atol=1e-9)
+
+
 @pytest.mark.parametrize("optimise", ["treelet", "treelet_agglomerative", "rotate"])
-def test_moves_that_are_shown(muddle, build, optimise):
+def test_moves_that_are_shown(muddle, build, read_charts, optimise):
     bvh = build("bvh", muddle, f"builder=lbvh,optimise={optimise}", log=True)
     log, play = bvh.build_log, Treelets(bvh, bvh.build_log, SILENT, "Move")
     gains = log.cost[log.kind == MOVE]
@@ -34,7 +53,9 @@ def test_moves_that_are_shown(muddle, build, optimise):
             boxes = boxes_of_treelet(move.leaves, children)
             sums.append(surface_area(boxes)[count:].sum())
             roots.append(boxes[count])
-            picture = play.picture(Settings(place, bool(is_after)))
+            (chart,) = read_charts(play, Settings(place, bool(is_after)))
+            check_tree(chart, GREEN if is_after else RED, boxes, children)
+            picture = chart.picture
             assert picture.caption.startswith(f"Move {number + 1} of {len(gains)}, ")
             colour = GREEN if is_after else RED
             drawn = picture.segments[(picture.colours == colour).all(axis=1)]

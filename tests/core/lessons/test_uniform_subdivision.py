@@ -6,7 +6,9 @@ import itertools
 
 import numpy as np
 import pytest
+from accelscope.core.geometry.box_shape import box_segments
 from accelscope.core.lessons import lesson_named
+from accelscope.core.lessons.drawing import BLUE, ORANGE
 from accelscope.core.lessons.lesson import Subject
 from accelscope.core.lessons.uniform_subdivision import Settings, border_of, rulings
 from accelscope.core.progress import SILENT
@@ -32,6 +34,12 @@ def test_figures_are_those_of_the_grid(lab, name, along):
         assert rows["Cells"] == str(figures.N_V)
         assert rows["With Objects"].split(",")[0] == str(figures.N_V - figures.N_EV)
         assert rows["References"] == str(figures.N_OIV)
+    # The cells that the ray enters, by what is listed in them.
+    entered = play.walked.places
+    for is_full, colour in ((False, (*BLUE[:3], 0.8)), (True, ORANGE)):
+        drawn = picture.segments[(picture.colours == colour).all(axis=1)]
+        cells = entered[(play.counts[entered] > 0) == is_full]
+        np.testing.assert_array_equal(drawn, box_segments(play.walked.cells.boxes[cells]))
     counts = play.grid.record(play.walked.rays, 0).tally()
     shown = [rows["Entered"], rows["Empty Ones"], rows["Tests"]]
     assert shown == [str(counts[name]) for name in ("N_TS", "N_EETS", "N_IT")]

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
+from accelscope.core.lessons.drawing import BLUE, GREY, ORANGE
+from accelscope.core.lessons.volume_efficiency import Settings
 
 
 @pytest.mark.parametrize("name", ["suzanne", "one", "flat"])
@@ -17,6 +19,21 @@ def test_p_is_the_surface_in_that_of_the_ball(lab, play_lesson, name, spread):
     assert play.I > 0.0
     sample = play.counted
     assert (sample.hits_volume | ~sample.hits_object).all()
+
+
+def test_the_bars_are_the_two_sides_of_the_inequality(play_lesson, read_charts):
+    play = play_lesson("volume_efficiency").play
+    for B, I in ((10.0, 100.0), (70.0, 100.0)):  # noqa: E741  the lecture's
+        (chart,) = read_charts(play, Settings(B=B, I=I))
+        heights = [chart.rectangles(colour)[:, [1, 3]] for colour in (ORANGE, BLUE)]
+        np.testing.assert_allclose(heights[0], [(0.0, I), (B, B + play.p * I)], atol=1e-9 * I)
+        np.testing.assert_allclose(heights[1], [(0.0, B)], atol=1e-9 * I)
+        # Those of the time with the volume stand on each other, right of that without.
+        (left, _, end, _), stacked = chart.rectangles(ORANGE)[0], chart.rectangles(ORANGE)[1]
+        np.testing.assert_allclose(stacked[[0, 2]], chart.rectangles(BLUE)[0, [0, 2]])
+        assert left < end < stacked[0]
+        (line,) = chart.lines((*GREY[:3], 0.8))
+        np.testing.assert_allclose(line[:, 1], I)
 
 
 def test_the_verdict_turns_at_the_break_even(play_lesson):
