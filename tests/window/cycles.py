@@ -65,14 +65,25 @@ def finished() -> bool:
     return running() is None
 
 
+def start(operator: str) -> None:
+    """Start an operator as its button does."""
+    with bpy.context.temp_override(**session.context()):
+        getattr(bpy.ops.accelscope, operator)("INVOKE_DEFAULT")
+
+
 def use() -> Steps:
     """Build, draw, trace, step through a ray; undo."""
     for operator in ("build", "trace"):
-        with bpy.context.temp_override(**session.context()):
-            getattr(bpy.ops.accelscope, operator)("INVOKE_DEFAULT")
+        start(operator)
         yield finished
         yield 0.1
     assert results().traced is not None
+    lesson = part("addon.results.lesson_view").current
+    start("step_ray")
+    yield lambda: finished() and lesson.picture is not None
+    yield 0.1
+    start("end_lesson")
+    assert lesson.picture is None
     bpy.ops.mesh.primitive_cube_add()
     bpy.ops.ed.undo_push(message="Cube")
     bpy.ops.ed.undo()

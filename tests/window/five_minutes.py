@@ -281,8 +281,17 @@ def events() -> Steps:
     yield from session.enter("lessons.ray.event", "2")
     yield lambda: knobs.event == 2
     yield from seen("event")
+
+
+@session.step
+def end_lesson() -> Steps:
+    """*End Lesson* brings all cells back."""
     yield from session.press("accelscope.end_lesson(", across=ALONE)
     yield lambda: lesson().lesson is None
+    yield from seen("ended")
+    # As before the lesson, which had hidden them and turned the view.
+    assert changed(taken["event"], taken["ended"]) > 1000
+    assert changed(taken["all-levels"], taken["ended"]) == 0
 
 
 @session.step
