@@ -237,6 +237,15 @@ def redraw_sidebars() -> None:
                         region.tag_redraw()
 
 
+def why(error: BaseException) -> str:
+    """Return why something was not done; print the traceback of what should not have happened."""
+    if isinstance(error, REFUSALS):
+        return refusal_in_panel(error)
+    print_traceback(error)
+    what = printable(" ".join(f"{type(error).__name__}: {error}".split()))
+    return f"a defect of AccelScope ({what}); the console has more"
+
+
 class JobOperator:
     """What operators with long work have in common; mix it in before ``bpy.types.Operator``.
 
@@ -372,7 +381,7 @@ class JobOperator:
     def _fail(self, error: BaseException) -> set[str]:
         global _refusal, _refused
         self._clean_up()
-        reason = self.why(error)
+        reason = why(error)
         # The report vanishes at the next move of the mouse.
         _refusal, _refused = f"{self.refused_text}: {reason}", type(self).__name__
         is_defect = not isinstance(error, REFUSALS)
@@ -382,14 +391,6 @@ class JobOperator:
     def _clean_up(self) -> None:
         with tracebacks_only():
             self.give_up()
-
-    def why(self, error: BaseException) -> str:
-        """Return why it was not done; print the traceback of what should not have happened."""
-        if isinstance(error, REFUSALS):
-            return refusal_in_panel(error)
-        print_traceback(error)
-        what = printable(" ".join(f"{type(error).__name__}: {error}".split()))
-        return f"a defect of AccelScope ({what}); the console has more"
 
 
 @contextlib.contextmanager

@@ -5,8 +5,8 @@ from __future__ import annotations
 import bpy
 
 from ..addon import jobs
-from ..addon.results import film, lesson_view, session
-from ..addon.to_blender import lesson_scene
+from ..addon.results import film, lesson_view
+from ..addon.to_blender import lesson_scene, source_text
 
 
 class ACCELSCOPE_OT_end_lesson(bpy.types.Operator):
@@ -19,8 +19,8 @@ class ACCELSCOPE_OT_end_lesson(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         if jobs.keep_waiting(cls):
             return False
-        if lesson_view.current.lesson is None and not lesson_scene.is_ours(context.scene):
-            cls.poll_message_set("No lesson is taught")
+        if not lesson_view.can_end_in(context.scene):
+            cls.poll_message_set("No lesson is taught here")
             return False
         return True
 
@@ -30,18 +30,22 @@ class ACCELSCOPE_OT_end_lesson(bpy.types.Operator):
 
 
 def end(context: bpy.types.Context) -> bpy.types.Scene:
-    """End the lesson; return the user's scene."""
-    view = lesson_view.current
-    owner = lesson_view.owner_scene() or context.scene
+    """End the lesson of this window's scene; return the user's scene.
+
+    A lesson that another window shows in another scene goes on.
+    """
+    view, owner = lesson_view.current, context.scene
     name = owner.accelscope.teaching.lesson
-    film.stop()
     film.free_timeline(owner)
-    view.clear()
-    session.current.lesson_look = None
-    session.current.watch()
+    other = lesson_view.owner_scene()
+    if other is None or other == owner:
+        film.stop()
+        lesson_view.forget()
+        source_text.close_texts()
     home = lesson_scene.close_scene(owner) if lesson_scene.is_ours(owner) else owner
-    home.accelscope.teaching.lesson = name
-    view.rearrange()
+    if not view.is_in(home):
+        home.accelscope.teaching.lesson = name
+    lesson_view.rearrange()
     jobs.forget_refusal()
     return home
 

@@ -21,7 +21,7 @@ class ACCELSCOPE_OT_film_on_timeline(bpy.types.Operator):
         return lesson_view.is_taught(cls, context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        if film.is_on_timeline():
+        if film.is_on_timeline(context.scene):
             film.free_timeline(context.scene)
         else:
             film.bind_timeline(context.scene)

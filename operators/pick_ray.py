@@ -38,19 +38,23 @@ class ACCELSCOPE_OT_pick_ray(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if event.type in {"ESC", "RIGHTMOUSE"} or not lesson_view.current.is_in(context.scene):
-            return self.end(context, "CANCELLED")
-        if event.type == "LEFTMOUSE" and event.value == "PRESS":
-            region = next((each for each in context.area.regions if each.type == "WINDOW"), None)
-            if region is None:
-                return self.end(context, "CANCELLED")
-            place = event.mouse_x - region.x, event.mouse_y - region.y
-            if not (0 <= place[0] < region.width and 0 <= place[1] < region.height):
-                return self.end(context, "CANCELLED")
-            self.take(context, region, place)
-            return self.end(context, "FINISHED")
-        # The view can be turned meanwhile.
-        return {"PASS_THROUGH"}
+        # Meanwhile the viewport can be turned, but also closed, or made another editor.
+        has_view = context.area is not None and context.area.type == "VIEW_3D"
+        is_shown = has_view and lesson_view.current.is_in(context.scene)
+        if event.type in {"ESC", "RIGHTMOUSE"} or not is_shown:
+            self.cancel(context)
+            return {"CANCELLED"}
+        if event.type != "LEFTMOUSE" or event.value != "PRESS":
+            return {"PASS_THROUGH"}
+        self.cancel(context)
+        region = next((each for each in context.area.regions if each.type == "WINDOW"), None)
+        if region is None:
+            return {"CANCELLED"}
+        place = event.mouse_x - region.x, event.mouse_y - region.y
+        if not (0 <= place[0] < region.width and 0 <= place[1] < region.height):
+            return {"CANCELLED"}
+        self.take(context, region, place)
+        return {"FINISHED"}
 
     def take(
         self, context: bpy.types.Context, region: bpy.types.Region, place: tuple[int, int]
@@ -66,11 +70,12 @@ class ACCELSCOPE_OT_pick_ray(bpy.types.Operator):
             direction = view3d_utils.region_2d_to_vector_3d(region, seen, place)
             view.choose_ray(context.scene, np.array(origin), np.array(direction))
 
-    def end(self, context: bpy.types.Context, result: str) -> set[str]:
-        """Leave cursor and status line as they were."""
-        context.window.cursor_modal_restore()
-        context.workspace.status_text_set(None)
-        return {result}
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Leave cursor and status line as they were; Blender calls it when it ends the operator."""
+        if context.window is not None:
+            context.window.cursor_modal_restore()
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
 
 
 CLASSES = (ACCELSCOPE_OT_pick_ray,)

@@ -46,7 +46,7 @@ class ACCELSCOPE_OT_play_lesson(jobs.JobOperator, bpy.types.Operator):
             progress.report(0, 1, "Preparing the picture")
             with announcing(progress, "the lesson"):
                 play = lesson.play(subject, settings, progress)
-            drawable = drawable_since(given[0], made, progress) if given else None
+            drawable = drawable_since(made, given[0], progress) if given else None
             return Ready(lesson, subject, play, settings), drawable
 
         return work

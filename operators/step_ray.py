@@ -27,14 +27,16 @@ class ACCELSCOPE_OT_step_ray(bpy.types.Operator):
         if session.current.traced is None:
             cls.poll_message_set("Trace rays first")
             return False
+        if not session.current.is_of(context.scene):
+            cls.poll_message_set("Rays were traced in another scene of this file")
+            return False
         if context.mode != "OBJECT":
             cls.poll_message_set("Go to object mode")
             return False
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        context.scene.accelscope.teaching.lesson = LESSON
-        lesson_view.ask("teach", context.scene, subject=BUILT)
+        lesson_view.ask("teach", context.scene, subject=BUILT, lesson=LESSON)
         return {"FINISHED"}
 
 

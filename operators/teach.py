@@ -6,9 +6,10 @@ import dataclasses
 from typing import Any
 
 import bpy
-from bpy.props import EnumProperty
+from bpy.props import EnumProperty, StringProperty
 
 from ..addon import jobs
+from ..addon.drawing.arrangement import arrange
 from ..addon.drawing.viewport import largest, turn_to_front
 from ..addon.from_blender import extraction
 from ..addon.results import film, lesson_view, session
@@ -40,6 +41,10 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
         name="Subject", description="What the lesson is about", items=SUBJECTS, default=SAMPLE,
         options={"SKIP_SAVE"},
     )  # fmt: skip
+    lesson: StringProperty(  # type: ignore[valid-type]
+        name="Lesson", description="Its name; without it, the lesson that the list shows",
+        options={"SKIP_SAVE", "HIDDEN"},
+    )  # fmt: skip
 
     @classmethod
     def description(
@@ -66,17 +71,20 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
 
     def prepare(self, context: bpy.types.Context) -> jobs.Work:
         from ..core.kernels import announcing
+        from ..core.lessons import lesson_named
         from ..sample_scenes import sample_and_settings
 
-        lesson = lesson_view.chosen(context.scene)
+        chosen = lesson_view.chosen(context.scene)
+        lesson = lesson_named(self.lesson) if self.lesson else chosen
         settings = lesson_view.settings_of(context.scene, lesson)
         root, is_own = context.scene.accelscope, self.subject != SAMPLE
         taken, given = None, []
         traced = session.current.traced
         history = session.current.history
         sample, sample_settings = sample_and_settings(lesson.sample)
-        if self.subject == BUILT and session.current.built is not None:
-            given = [session.current.built.structure]
+        built = session.current.built if session.current.is_of(context.scene) else None
+        if self.subject == BUILT and built is not None:
+            given = [built.structure]
         elif is_own:
             given = session.current.given_for(lesson, context)
         if is_own and not given:
@@ -107,30 +115,44 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
                 if is_own and lesson.takes_frames:
                     subject = dataclasses.replace(subject, history=history)
                 play = lesson.play(subject, settings, progress)
-            drawable = drawable_since(given[0], made, progress) if given else None
+            drawable = drawable_since(made, given[0], progress) if given else None
             return Ready(lesson, subject, play, settings), items, label, look, drawable
 
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        ready, items, label, session.current.lesson_look, drawable = result
-        session.current.watch()
+        ready, items, label, look, drawable = result
         if drawable is not None:
             session.current.set_cells(drawable)
-        view, before = lesson_view.current, context.scene
+        view = lesson_view.current
         if label:
-            owner = lesson_scene.open_scene(context.window, ready.subject.scene, label, items)
+            before, lesson = context.scene, ready.lesson
+            owner = lesson_scene.open_scene(
+                context.window, lesson.name, ready.subject.scene, label, items
+            )
+            # A scene that is new is followed by nobody yet.
+            lesson_view.copy_settings(lesson, before, owner)
         else:
-            owner = before
-        lesson_view.copy_settings(ready.lesson, before, owner)
-        owner.accelscope.teaching.lesson = ready.lesson.name
+            # The window may have come to another scene since.
+            owner = lesson_view.scene_of(look.owner)
+            if owner is None:
+                self.give_up()
+                return ""
+        session.current.lesson_look = look
+        session.current.watch()
+        left = lesson_view.owner_scene()
         view.begin(ready, owner, is_own=not label)
+        # Now that the lesson is the one that is taught, naming it asks for no other.
+        owner.accelscope.teaching.lesson = ready.lesson.name
+        if left is not None and left != owner:
+            film.free_timeline(left)
+            lesson_view.rearrange()
         view.follow(owner)
-        if film.is_on_timeline():
+        if film.is_on_timeline(owner):
             film.bind_timeline(owner)
         area = largest(context.window)
-        if area is not None:
-            view.arrange(area)
+        if area is not None and context.window.scene == owner:
+            arrange(area)
             turn_to_front(area)
             view.frame(context, area)
         return ready.lesson.label

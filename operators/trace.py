@@ -9,7 +9,7 @@ import bpy
 from ..addon import jobs
 from ..addon.from_blender.view import View
 from ..addon.results import session
-from ..addon.results.outcome import drawable_if_made, seen_from
+from ..addon.results.outcome import drawable_since, seen_from
 from ..addon.settings import choices
 from ..core.progress import Progress
 
@@ -45,10 +45,10 @@ class ACCELSCOPE_OT_trace(jobs.JobOperator, bpy.types.Operator):
         view = View.of(context)
 
         def work(progress: Progress) -> tuple[Any, ...]:
-            seen = seen_from(built, snapshot.shape, view)
+            seen, made = seen_from(built, snapshot.shape, view), built.structure.made()
             traced = trace(seen, workload, settings, progress=progress)
             record = make_record(seen, traced, progress)
-            return traced, record, drawable_if_made(traced, seen, progress)
+            return traced, record, drawable_since(made, seen.structure, progress)
 
         return work
 

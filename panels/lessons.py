@@ -10,7 +10,6 @@ import bpy
 from ..addon import jobs
 from ..addon.results import film, lesson_view, session
 from ..addon.settings import ranges
-from ..addon.to_blender import lesson_scene
 from ..core.settings import has_effect
 from .base import SidebarPanel, draw_explained, draw_job, draw_range, draw_wrapped, label_beside
 
@@ -55,7 +54,7 @@ class VIEW3D_PT_accelscope_lessons(SidebarPanel, bpy.types.Panel):
             row.operator("accelscope.teach", icon="PLAY").subject = "SAMPLE"
         row = column.row(align=True)
         row.scale_y = 1.2
-        if is_shown or lesson_scene.is_ours(scene):
+        if lesson_view.can_end_in(scene):
             row.operator("accelscope.end_lesson", icon="LOOP_BACK")
         if not is_shown or not lesson_view.current.is_own:
             row.operator("accelscope.use_my_mesh")
@@ -132,7 +131,7 @@ class VIEW3D_PT_accelscope_lessons(SidebarPanel, bpy.types.Panel):
                 row.operator("accelscope.step_film", text="", icon="TRIA_RIGHT").by = 1
                 row.operator(
                     "accelscope.film_on_timeline", text="", icon="TIME",
-                    depress=film.is_on_timeline(),
+                    depress=film.is_on_timeline(group.id_data),
                 )  # fmt: skip
 
 

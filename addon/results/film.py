@@ -18,8 +18,11 @@ WHOLE, SLOWEST, FASTEST = 12.0, 1.0, 0.1
 _playing = 0
 """Session id of the scene whose film plays by itself; 0 for none."""
 
-_before: tuple[int, int, int] | None = None
-"""First, last and current frame of the scene before the film was put on its timeline."""
+BEFORE = "accelscope_timeline"
+"""Property of a scene: its first, last and current frame before the film was put on its timeline.
+
+There it is undone, and saved, with the frames themselves.
+"""
 
 
 def values() -> Sequence[Any]:
@@ -98,42 +101,53 @@ def _next() -> float | None:
 # ------------------------------------------------------------------------------ on the timeline
 
 
-def is_on_timeline() -> bool:
-    """Say whether the frames of the timeline are the pictures."""
-    return _before is not None
+def is_on_timeline(scene: bpy.types.Scene) -> bool:
+    """Say whether the frames of a scene's timeline are the pictures."""
+    return BEFORE in scene
 
 
 def bind_timeline(scene: bpy.types.Scene) -> None:
     """Put the film on the timeline of a scene, from its first frame on."""
-    global _before
-    _before = _before or (scene.frame_start, scene.frame_end, scene.frame_current)
+    if not is_on_timeline(scene):
+        scene[BEFORE] = scene.frame_start, scene.frame_end, scene.frame_current
     scene.frame_end = scene.frame_start + len(values()) - 1
     scene.frame_set(scene.frame_start + place(scene))
 
 
 def free_timeline(scene: bpy.types.Scene) -> None:
-    """Give a scene its own timeline back."""
-    global _before
-    if _before is not None:
-        (scene.frame_start, scene.frame_end, frame), _before = _before, None
+    """Give a scene its own timeline back, if the film is on it."""
+    if is_on_timeline(scene):
+        scene.frame_start, scene.frame_end, frame = scene.pop(BEFORE)
         scene.frame_set(frame)
 
 
 @persistent
 def _after_frame_change(scene: bpy.types.Scene, *_: Any) -> None:
-    is_shown = is_on_timeline() and current.is_in(scene.original)
+    is_shown = is_on_timeline(scene.original) and current.is_in(scene.original)
     if is_shown and not bpy.app.is_job_running("RENDER"):
         go_to(scene.original, scene.frame_current - scene.frame_start)
 
 
 @persistent
+def _after_undo(*_: Any) -> None:
+    """Give timelines back that have a film on them which is not shown any more."""
+    for scene in bpy.data.scenes:
+        if not current.is_in(scene):
+            free_timeline(scene)
+
+
+@persistent
 def _after_load(*_: Any) -> None:
-    global _before
-    _before = None
     stop()
+    _after_undo()
 
 
-HANDLERS = (("frame_change_post", _after_frame_change), ("load_post", _after_load))
+HANDLERS = (
+    ("frame_change_post", _after_frame_change),
+    ("load_post", _after_load),
+    ("undo_post", _after_undo),
+    ("redo_post", _after_undo),
+)
 
 
 def register() -> None:
@@ -144,6 +158,6 @@ def register() -> None:
 def unregister() -> None:
     """Stop listening and playing."""
     handlers.stop_listening(HANDLERS)
-    _after_load()
+    stop()
     if bpy.app.timers.is_registered(_next):
         bpy.app.timers.unregister(_next)

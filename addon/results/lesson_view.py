@@ -10,22 +10,21 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
-from ...core.errors import InputError
-from ...core.printing import print_lines, print_traceback, printable
+from ...core.printing import print_lines
 from .. import handlers, jobs
-from ..drawing import overlay, picture_overlay
-from ..drawing.arrangement import Arrangement, arrange
+from ..drawing import arrangement, overlay, picture_overlay
 from ..drawing.viewport import largest, look_at
 from ..from_blender import watching
 from ..settings import generated
-from .wording import refusal_in_panel
+from ..to_blender import lesson_scene
+from . import session
 
 if TYPE_CHECKING:  # importing them for real would import the structures, and Numba with them
     from ...core.geometry.rays import Rays
@@ -78,8 +77,6 @@ class LessonView:
         Whether it is about the user's own mesh.
     fault : str
         Why there is no picture of the knobs as they are; empty if there is.
-    arrangements : list of Arrangement
-        Viewports, as they were before.
     """
 
     lesson: Lesson | None = None
@@ -91,7 +88,6 @@ class LessonView:
     owner: int = 0
     is_own: bool = False
     fault: str = ""
-    arrangements: list[Arrangement] = field(default_factory=list)
 
     # Showing.
 
@@ -118,12 +114,8 @@ class LessonView:
                 ask("play_lesson", owner)
                 return
             self.draw(self.play.within(settings))
-        except (InputError, MemoryError) as error:
-            self.fault = f"Not shown: {refusal_in_panel(error)}"
-        except Exception as error:  # told in the panel and on the console
-            print_traceback(error)
-            what = printable(" ".join(f"{type(error).__name__}: {error}".split()))
-            self.fault = f"Not shown: a defect of AccelScope ({what}); the console has more"
+        except Exception as error:  # told in the panel, and on the console if it is a defect
+            self.fault = f"Not shown: {jobs.why(error)}"
         overlay.tag_redraw()
 
     def draw(self, settings: Any) -> None:
@@ -220,17 +212,6 @@ class LessonView:
                 self.frame(bpy.context, area)
         overlay.tag_redraw()
 
-    def arrange(self, area: bpy.types.Area) -> None:
-        """Arrange a viewport for lessons; how it was is kept."""
-        if all(each.area() != area for each in self.arrangements):
-            self.arrangements.append(Arrangement(area))
-        arrange(area)
-
-    def rearrange(self) -> None:
-        """Arrange viewports as they were before the first lesson."""
-        while self.arrangements:
-            self.arrangements.pop().restore()
-
     def clear(self) -> None:
         """Show nothing any more; viewports are left as they are."""
         self.lesson = self.subject = self.play = self.picture = None
@@ -249,6 +230,28 @@ def is_taught(operator: type[bpy.types.Operator], context: bpy.types.Context) ->
     if not is_shown:
         operator.poll_message_set("Teach a lesson first")
     return is_shown
+
+
+def can_end_in(scene: bpy.types.Scene) -> bool:
+    """Say whether a scene has a lesson to be ended: the one that is shown, or what it has left."""
+    is_lost = current.lesson is not None and owner_scene() is None
+    return current.is_in(scene) or lesson_scene.is_ours(scene) or is_lost
+
+
+def forget() -> None:
+    """Show no lesson any more, and watch no mesh because of it."""
+    current.clear()
+    session.current.lesson_look = None
+    session.current.watch()
+
+
+def rearrange() -> None:
+    """Arrange viewports as they were before lessons, but those that are in one still."""
+    windows = bpy.context.window_manager.windows
+    taught = [window.screen for window in windows if can_end_in(window.scene)]
+    for screen in bpy.data.screens:
+        if screen not in taught:
+            arrangement.rearrange(screen)
 
 
 # -------------------------------------------------------------------------------------- settings
@@ -351,14 +354,26 @@ def _shows(window: bpy.types.Window, owner: int) -> bool:
 
 def owner_scene() -> bpy.types.Scene | None:
     """Return the scene over which the lesson is drawn; None if there is none any more."""
-    found = (each for each in bpy.data.scenes if each.session_uid == current.owner)
-    return next(found, None)
+    return scene_of(current.owner)
+
+
+def scene_of(uid: int) -> bpy.types.Scene | None:
+    """Return the scene with a session id; None if there is none any more."""
+    return next((each for each in bpy.data.scenes if each.session_uid == uid), None)
+
+
+@persistent
+def _before_load(*_: Any) -> None:
+    """Arrange all viewports as they were: whoever loads without the UI goes on with these."""
+    for screen in bpy.data.screens:
+        arrangement.rearrange(screen)
 
 
 @persistent
 def _after_load(*_: Any) -> None:
-    current.arrangements.clear()
-    current.clear()
+    forget()
+    # A file may have been saved during a lesson on the user's own mesh, which is not to be ended.
+    rearrange()
 
 
 @persistent
@@ -367,14 +382,22 @@ def _after_undo(*_: Any) -> None:
     if current.lesson is None:
         return
     scene = owner_scene()
-    if scene is None or chosen(scene) != current.lesson:
-        current.clear()
-        current.rearrange()
+    if scene is None or not _is_still_about(scene):
+        forget()
+        rearrange()
     else:
         current.follow(scene)
 
 
+def _is_still_about(scene: bpy.types.Scene) -> bool:
+    """Say whether a scene still names the lesson that is shown, and has its sample."""
+    assert current.lesson is not None
+    has_sample = current.is_own or lesson_scene.lesson_in(scene) == current.lesson.name
+    return has_sample and chosen(scene) == current.lesson
+
+
 HANDLERS = (
+    ("load_pre", _before_load),
     ("load_post", _after_load),
     ("undo_post", _after_undo),
     ("redo_post", _after_undo),
@@ -393,4 +416,4 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(_serve):
         bpy.app.timers.unregister(_serve)
     handlers.stop_listening(HANDLERS)
-    current.clear()
+    forget()

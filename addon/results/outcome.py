@@ -14,7 +14,8 @@ from ..from_blender.snapshot import Snapshot
 from ..from_blender.view import View
 
 if TYPE_CHECKING:  # importing them for real would import Numba, and make Blender start slower
-    from ...core.evaluation.records.experiment import Built, Traced
+    from ...core.contract.structure import Made, Structure
+    from ...core.evaluation.records.experiment import Built
     from ...core.lessons.moment import Moment
     from ...core.scene import Scene
 
@@ -60,28 +61,15 @@ class Outcome(NamedTuple):
         return cls(snapshot, built, drawable, record, history)
 
 
-def drawable_if_made(traced: Traced, built: Built, progress: Progress = SILENT) -> Drawable | None:
+def drawable_since(
+    before: Made | None, structure: Structure, progress: Progress = SILENT
+) -> Drawable | None:
     """Return the cells anew if rays have made some of them; None if all are as they were.
-
-    Raises
-    ------
-    Cancelled
-        From `progress`.
-    """
-    from ...core.contract.within import cells_with_instances
-
-    if traced.made is None or not traced.made.cells:
-        return None
-    return make_drawable(cells_with_instances(built.structure, progress), progress)
-
-
-def drawable_since(structure: Any, made: Any, progress: Progress = SILENT) -> Drawable | None:
-    """Return the cells anew if a structure has made more of them; None if it has not.
 
     Parameters
     ----------
-    made : Made or None
-        What it had made before.
+    before : Made or None
+        What the structure had made before.
 
     Raises
     ------
@@ -89,8 +77,10 @@ def drawable_since(structure: Any, made: Any, progress: Progress = SILENT) -> Dr
         From `progress`.
     """
     from ...core.contract.within import cells_with_instances
+    from ...core.evaluation.records.experiment import made_since
 
-    if structure.made() == made:
+    made = made_since(before, structure)
+    if made is None or not made.cells:
         return None
     return make_drawable(cells_with_instances(structure, progress), progress)
 

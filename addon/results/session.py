@@ -123,7 +123,7 @@ class Session:
         is_other = selected and not built_over <= selected
         if look.scope == extraction.SELECTED:
             is_other = not selected
-        if is_other or look.owner != context.scene.session_uid:
+        if is_other or not self.is_of(context.scene):
             return []
         depsgraph = context.evaluated_depsgraph_get()
         look.compare(depsgraph)
@@ -162,6 +162,10 @@ class Session:
 
     # Asking.
 
+    def is_of(self, scene: bpy.types.Scene) -> bool:
+        """Say whether something was built over a scene of Blender's, as it is now or was then."""
+        return self.snapshot is not None and self.snapshot.look.owner == scene.session_uid
+
     @property
     def cells(self) -> Cells | None:
         """The cells of the structure; None before the first build."""
@@ -179,7 +183,7 @@ class Session:
         if self.built is None or self.snapshot is None:
             return Status(False, "Nothing has been built yet")
         look = self.snapshot.look
-        if look.owner != context.scene.session_uid:
+        if not self.is_of(context.scene):
             return Status(False, "Built over another scene of this file")
         if at_once:
             depsgraph = context.evaluated_depsgraph_get()
@@ -263,7 +267,7 @@ class Session:
         if self.built is None or self.snapshot is None:
             return False
         look = self.snapshot.look
-        if look.owner != context.scene.session_uid:
+        if not self.is_of(context.scene):
             return True
         is_settled = look.is_settled_for(context.view_layer)
         return bool(
@@ -304,7 +308,6 @@ def _before_load(*_: Any) -> None:
 
 @persistent
 def _after_load(*_: Any) -> None:
-    current.lesson_look = None
     current.clear()
     jobs.forget_refusal()
 

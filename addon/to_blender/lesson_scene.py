@@ -20,7 +20,10 @@ HOME = "accelscope_home"
 """Property of the scene: the scene of the user's that it stands in for."""
 
 OURS = "accelscope_lesson"
-"""Property of scene, objects, collections and texts that are there for a lesson alone."""
+"""Property of scene, objects, collections and texts that are there for a lesson alone.
+
+The scene's says which: undo brings back the sample of another lesson, and its name with it.
+"""
 
 
 def is_ours(owner: bpy.types.ID) -> bool:
@@ -28,13 +31,20 @@ def is_ours(owner: bpy.types.ID) -> bool:
     return OURS in owner
 
 
+def lesson_in(owner: bpy.types.Scene) -> str:
+    """Return the name of the lesson whose sample a scene has; "" if it has none."""
+    return str(owner.get(OURS, ""))
+
+
 def open_scene(
-    window: bpy.types.Window, scene: Scene, label: str, items: Sequence[Item] | None
+    window: bpy.types.Window, lesson: str, scene: Scene, label: str, items: Sequence[Item] | None
 ) -> bpy.types.Scene:
     """Show a sample in the scene for lessons, and that in a window; return it.
 
     Parameters
     ----------
+    lesson : str
+        Its name.
     label : str
         Of the sample.
     items : sequence of Item, optional
@@ -44,9 +54,10 @@ def open_scene(
     if not is_ours(owner):
         home = owner
         owner = bpy.data.scenes.new(NAME)
-        owner[OURS], owner[HOME] = True, home
+        owner[HOME] = home
         owner.render.engine = home.render.engine
         window.scene = owner
+    owner[OURS] = lesson
     empty(owner)
     collection = add_scene(owner, scene, label, items)
     collection[OURS] = True
@@ -72,8 +83,6 @@ def close_scene(owner: bpy.types.Scene) -> bpy.types.Scene:
         if window.scene == owner:
             window.scene = home
     empty(owner)
-    for text in [each for each in bpy.data.texts if is_ours(each)]:
-        bpy.data.texts.remove(text)
     if any(len(obj.users_scene) == 1 for obj in owner.objects):
         del owner[OURS], owner[HOME]
     else:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from .lesson_scene import OURS
+from .lesson_scene import OURS, is_ours
 
 CORE = Path(__file__).parents[2] / "core"
 
@@ -28,6 +28,11 @@ def open_text(module: str) -> bpy.types.Text:
         text.write(path.read_text(encoding="utf-8"))
     text.cursor_set(0)
     return text
+
+
+def close_texts() -> None:
+    """Remove all such texts."""
+    bpy.data.batch_remove([each for each in bpy.data.texts if is_ours(each)])
 
 
 def editor_in(context: bpy.types.Context) -> bpy.types.Area | None:

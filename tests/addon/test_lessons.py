@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,9 @@ class Knobs:
     """Of each kind one."""
 
     count: int = setting(1, "Count", "How many lines", minimum=0)
-    kind: str = setting("plain", "Kind", "What is played", choices={"plain": "A", "other": "B"})
+    kind: str = setting("plain", "Kind", "What is played", choices={
+        "plain": "A", "other": "B", "third": "C",
+    })  # fmt: skip
 
 
 class Lines(Play):
@@ -237,6 +240,25 @@ def test_what_was_built_is_what_the_lesson_is_about_if_it_suits(
     assert view.subject.scene.lower[0] > 1.0
 
 
+def test_a_lesson_on_the_users_mesh_is_shown_over_its_scene(bpy: Any, view: Any) -> None:
+    """Though the window has come to another while it was prepared; over none if that is gone."""
+    from accelscope.core.progress import SILENT
+    from accelscope.operators.teach import ACCELSCOPE_OT_teach as Operator
+
+    bpy.ops.mesh.primitive_cube_add()
+    home, asked = bpy.context.scene, SimpleNamespace(subject="MESH", lesson="levels")
+    asked.give_up = lambda: None
+    result = Operator.prepare(asked, bpy.context)(SILENT)
+    bpy.context.window.scene = bpy.data.scenes.new("Other")
+    assert Operator.finish(asked, bpy.context, result) == view.lesson.label
+    assert view.is_in(home)
+    assert not view.is_in(bpy.context.scene)
+    view.clear()
+    bpy.data.scenes.remove(home)
+    assert Operator.finish(asked, bpy.context, result) == ""
+    assert view.lesson is None
+
+
 def test_a_lesson_says_when_the_mesh_is_another(
     bpy: Any, root: Any, view: Any, current: Any
 ) -> None:
@@ -313,19 +335,115 @@ def test_a_picture_that_fails_is_one_line(
     monkeypatch.undo()
 
 
-def test_a_play_under_way_is_cancelled_by_the_next_and_by_esc(
-    bpy: Any, view: Any, example: Any, knobs: Any, jobs: Any, context: Any, manager: Any
-) -> None:
-    """What a modal operator sees: the thread waits, is cancelled, and ends within half a second."""
-    from accelscope.operators.play_lesson import ACCELSCOPE_OT_play_lesson as Operator
+class Windowed:
+    """Blender with a window, as :mod:`lesson_view` sees it: jobs are started by a timer.
 
+    Parameters
+    ----------
+    bpy : module
+    begin : callable
+        Starts the operator that plays; returns it.
+    """
+
+    def __init__(self, bpy: Any, begin: Any) -> None:
+        self.timers: list[Any] = []
+        self.begun: list[Any] = []
+        timers = SimpleNamespace(
+            is_registered=self.timers.__contains__, register=self.timers.append
+        )
+        self.app = SimpleNamespace(background=False, timers=timers)
+        self.context, self.data, self._begin = bpy.context, bpy.data, begin
+        self.ops = SimpleNamespace(accelscope=SimpleNamespace(play_lesson=self))
+
+    def poll(self) -> bool:
+        return True
+
+    def __call__(self, how: str, is_undone: bool) -> None:
+        assert (how, is_undone) == ("INVOKE_DEFAULT", True)
+        self.begun.append(self._begin())
+
+    def tick(self) -> None:
+        """Call timers as Blender does: once more those that say when."""
+        self.timers[:] = [each for each in self.timers if each() is not None]
+
+
+@pytest.fixture
+def windowed(
+    bpy: Any, knobs: Any, jobs: Any, context: Any, monkeypatch: pytest.MonkeyPatch
+) -> Windowed:
+    """Blender with a window, in which the example is taught."""
+    from accelscope.addon.results import lesson_view
+    from accelscope.operators.play_lesson import ACCELSCOPE_OT_play_lesson as Real
+
+    class Operator(jobs.JobOperator):
+        prepare, finish, head_start = Real.prepare, Real.finish, 0.0
+
+        def report(self, kind: set[str], text: str) -> None:
+            pass
+
+    Operator.__name__ = Real.__name__  # by which a job is known
+
+    def begin() -> Any:
+        operator = Operator()
+        assert operator.invoke(context, None) == {"RUNNING_MODAL"}
+        return operator
+
+    made = Windowed(bpy, begin)
+    monkeypatch.setattr(lesson_view, "bpy", made)
+    return made
+
+
+TIMER = SimpleNamespace(type="TIMER", value="NOTHING")
+ESC = SimpleNamespace(type="ESC", value="PRESS")
+
+
+def test_a_play_under_way_is_cancelled_by_the_next(
+    view: Any, example: Any, knobs: Any, jobs: Any, context: Any, windowed: Windowed
+) -> None:
+    """Only what was asked for last is played: nothing comes of the play before."""
     example.go.clear()
-    job = jobs.Job(Operator.prepare(None, context), "playing", Operator.__name__)
-    assert not job.is_finished
-    job.cancel()
-    job.wait(0.5)
-    assert job.is_finished
+    knobs.kind = "other"
+    assert (jobs.running(), len(windowed.timers)) == (None, 1)
+    windowed.tick()
+    (first,), job = windowed.begun, jobs.running()
+    assert job.by == first.__class__.__name__
+    assert first.modal(context, TIMER) == {"PASS_THROUGH"}
+    knobs.kind = "third"
+    assert not job.is_cancelled  # Blender may be in the handler of a list
+    windowed.tick()
+    assert job.is_cancelled
+    assert windowed.begun == [first]
+    assert first.modal(context, TIMER) == {"CANCELLED"}
+    windowed.tick()
+    _, second = windowed.begun
+    assert windowed.timers == []
+    assert jobs.running() is not job
     assert view.picture.caption == "1 plain"
+    job.wait(60.0)
+    example.go.set()
+    jobs.running().wait(60.0)
+    assert second.modal(context, TIMER) == {"FINISHED"}
+    assert view.picture.caption == "1 third"
+    assert example.played == ["plain", "third"]
+    assert context.window_manager.timers == []
+
+
+def test_a_play_under_way_is_cancelled_by_esc(
+    view: Any, example: Any, knobs: Any, jobs: Any, context: Any, windowed: Windowed
+) -> None:
+    """The buttons work again at once, the thread ends soon, and what is shown stays."""
+    example.go.clear()
+    knobs.kind = "other"
+    windowed.tick()
+    (operator,), job = windowed.begun, jobs.running()
+    assert operator.modal(context, ESC) == {"CANCELLED"}
+    assert jobs.running() is None
+    assert context.window_manager.timers == []
+    job.wait(60.0)
+    assert job.is_finished
+    assert job.result is None
+    assert view.picture.caption == "1 plain"
+    assert example.played == ["plain"]
 
 
 def test_a_play_of_what_is_gone_is_dropped(bpy: Any, view: Any, example: Any, knobs: Any) -> None:
