@@ -266,7 +266,7 @@ ENOUGH = 9
 
 
 def enters_some(counted_in: Sequence[Counted], hits: np.ndarray) -> np.ndarray:
-    """Prefer rays that hit after some leaves, with a test in vain."""
+    """Prefer rays that hit after some leaves."""
     leaves = counted_in[0]["N_ETS"]
     return 3.0 * hits - np.abs(leaves - ENOUGH) - ENOUGH * (leaves == 0)
 
@@ -296,8 +296,9 @@ LESSONS = (
         slide="Traversing adaptive subdivision",
         begin="The next leaf along a ray can be found from the root, by cutting the ray "
         "beforehand, through links to neighbours, or depth-first with what was put aside",
-        look_for="All walks enter the same leaves in the same order; from the root costs most "
-        "steps and remembers nothing, a stack remembers a few nodes, links are stored in the tree",
+        look_for="All walks enter the same leaves in the same order; from the root remembers "
+        "nothing and comes down again for every leaf, segments cut the ray behind the hit as well, "
+        "a stack remembers a few nodes, links are stored in the tree",
         question="Why does a heap, ordered by where the ray enters, need no sorting of children?",
         answer="Whatever is put into it, the nearest comes out first; the stack has to be given "
         "the far child before the near one",

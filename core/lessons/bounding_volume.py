@@ -1,4 +1,4 @@
-"""Lesson "bounding_volume": quick to test or tight, no kind of bounding volume is best in both.
+"""Lesson "bounding_volume": how quick volumes of each kind are to test, and how tight.
 
 The slide "Bounding volume". In the chart each kind is a star: to the right goes B, how long one ray
 takes to be tested against it, measured on this machine; upwards its surface in that of the object's
@@ -124,8 +124,8 @@ LESSONS = (
         slide="Bounding volume",
         begin="A bounding volume is a simple shape around a complicated one: a ray that misses it "
         "misses everything in it",
-        look_for="Stars on the left are tested fast, stars at the bottom are tight; none is both, "
-        "and which is best depends on what is inside",
+        look_for="Stars on the left are tested fast, stars at the bottom are tight; of this "
+        "object none is both, and which is best depends on what is inside",
         question="Every object now has a volume around it, and the volume's test is fast. Is a "
         "ray still O(N)?",
         answer="Yes. Each ray is tested against every volume, only the constant is smaller. What "

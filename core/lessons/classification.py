@@ -186,7 +186,7 @@ LESSONS = (
         begin="A ray through a scene becomes cheaper by faster tests, by fewer tests, by fewer "
         "rays, or by rays that carry more",
         look_for="Each bar is a chapter of the lecture, measured on this scene; the scale is "
-        "logarithmic, so one step is a factor of ten",
+        "logarithmic: equal differences are equal factors",
         question="One bounding volume around everything: which rays does it help?",
         answer="Those that miss it. The others take one more test than before; the bar sinks by "
         "the share of rays that miss, no further",

@@ -133,9 +133,9 @@ LESSONS = (
         name="combined_volumes",
         label="Unions and Intersections of Volumes",
         slide="Combined bounding solids",
-        begin="Simple volumes can be combined: a ray must hit all members of an intersection, or "
-        "one member of a union",
-        look_for="The corners that a box and a sphere have alone are gone where both are asked; "
+        begin="Simple volumes can be combined: a ray must be within all members of an "
+        "intersection at once, or hit one member of a union",
+        look_for="The corners of the box and the caps of the sphere are gone where both are asked; "
         "a union leaves out the gap between two halves",
         question="An intersection tests two volumes, so B is larger. Which of its members is to be "
         "tested first?",

@@ -267,8 +267,9 @@ LESSONS = (
         look_for="Red nodes cost more than they save: their children's volumes are almost as large "
         "as they are themselves, or there is hardly anything inside",
         question="A node does not pay. What should a builder do with it?",
-        answer="Make it a leaf, or hang its children below its parent: the test of its own "
-        "children is left out, and everything else stays as it is",
+        answer="Make it a leaf: its objects are then tested at once, and the tests of its "
+        "children's volumes, which keep off too little, are left out. Everything else stays as it "
+        "is",
         source="structures.bvh.figures.efficiency",
         sample="suzanne:subdivisions=1",
         structures=("bvh:max_leaf_size=1",),

@@ -4,7 +4,7 @@ The colours are those of viridis, whose lightness grows evenly (S. van der Walt,
 the public domain). They go from the least value to that which 995 of 1000 pixels do
 not exceed; a few silhouettes would leave no colours for the rest otherwise. The scale below the map
 is a histogram as well: a bar for every 64th of that range, as high as many pixels lie in it; pixels
-whose ray misses the whole scene are in none.
+whose counter is 0 are in none.
 
 With *Stop at First Hit* rays end at the nearest hit; without they go on through all of the scene,
 as the lines do that the surface area heuristic is derived from.

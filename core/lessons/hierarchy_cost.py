@@ -132,9 +132,9 @@ LESSONS = (
         name="hierarchy_cost",
         label="What a Ray Costs in a Hierarchy",
         slide="Hierarchy",
-        begin="Every doubling of the scene adds one level to the tree, and so about as much to "
-        "each ray as the doubling before",
-        look_for="The naive cost leaves the chart at once; the stars of the hierarchy lie along a "
+        begin="A hierarchy of twice as many objects is about one level deeper, so doubling the "
+        "scene adds a little to each ray instead of doubling its cost",
+        look_for="The naive cost leaves the chart at once; the stars of the hierarchy stay near a "
         "line over log2 N",
         question="Is it O(log N) in the worst case, too?",
         answer="No. Where objects overlap much, or a ray passes along many of them without "

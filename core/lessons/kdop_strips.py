@@ -196,8 +196,8 @@ LESSONS = (
         "off corners that the axes left, if the object does not fill them",
         question="How many operations does a strip take per vertex, and why have the normals "
         "components 0, 1 and -1?",
-        answer="Two additions and two comparisons: with such normals n . p is a sum without any "
-        "product. They need not have unit length, as d and D are in the same unit",
+        answer="At most two additions, and two comparisons: with such normals n . p is a sum "
+        "without any product. They need not have unit length, as d and D are in the same unit",
         source="geometry.kdop",
         sample="bunny",
         Settings=Settings,

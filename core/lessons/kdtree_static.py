@@ -48,7 +48,7 @@ class KdTreeStatic(Play):
         # A plane is flat along its axis; of a plane that is a line, what the tree says.
         self.axis = tree.arrays.tree.link[cells.numbers[owners]] & 3
         self.area = np.sort(size, axis=1)[:, 1:].prod(axis=1)
-        self.ends = {"level": max(int(self.depth.max(initial=0)), 0)}
+        self.ends = {"level": int(self.depth.max(initial=0))}
 
     def picture(self, settings: Settings) -> Picture:
         """Return the planes of a level, and outlines of those above."""
@@ -82,7 +82,7 @@ class KdTreeStatic(Play):
         rows = (
             Row("Planes of the Level", str(len(now)), "Each cuts one cell in two"),
             Row("Axis", ", ".join(AXES[a] for a in np.flatnonzero(across)) or "none",
-                "Cyclic: across x, y and z in turn"),
+                "Across which axes the planes of the level lie"),
             Row("Cells", str(reached), "Of the scene's box, after these cuts"),
             Row("Leaves among Them", str(leaves), "They are not cut any more"),
         )  # fmt: skip

@@ -124,8 +124,8 @@ class Intervals(Play):
         rows = [
             Row("Nodes", str(len(level.sizes)), "Nodes of the level, and leaves above it"),
             Row("Intervals", str(n_runs), "Runs of indices that they are made of"),
-            Row("Largest Node", str(int(level.sizes.max())), "Triangles in its interval"),
-            Row("Smallest Node", str(int(level.sizes.min())), "Triangles in its interval"),
+            Row("Largest Node", str(int(level.sizes.max())), "Triangles of it"),
+            Row("Smallest Node", str(int(level.sizes.min())), "Triangles of it"),
         ]
         return picture_of([drawn, boxes, lines], caption, marks=marks, rows=rows)
 
@@ -249,9 +249,11 @@ LESSONS = (
         name="morton_intervals",
         label="Nodes Are Intervals",
         slide="Morton code based BVH tree",
-        begin="Once the codes are sorted, the tree is there: every node is an interval of indices",
+        begin="Once the codes are sorted, the tree is there: a node of LBVH is an interval of "
+        "indices, one of HLBVH above its treelets is several",
         look_for="A node is split where the highest bit in which its codes differ changes, so "
-        "that both children are intervals again, and boxes of one level hardly overlap",
+        "that both children are intervals again; cells of one level are disjoint, boxes overlap by "
+        "what triangles stick out of them",
         question="Why can all nodes of such a tree be found in parallel, not parents first?",
         answer="Where an interval is split depends on the sorted codes alone: for each index the "
         "bits that it shares with its neighbours say to which interval it belongs. A thread needs "

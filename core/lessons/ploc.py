@@ -177,8 +177,9 @@ LESSONS = (
         label="Clusters That Merge (PLOC)",
         slide="Contemporary methods",
         begin="From the bottom up, all clusters that are each other's nearest merge at once",
-        look_for="Neighbours are looked for in a small window along the Morton curve only, and "
-        "every iteration leaves about two thirds or half of the clusters",
+        look_for="Neighbours are looked for in a small window along the Morton curve only; most "
+        "iterations leave about four fifths of the clusters, since few pairs are each other's "
+        "nearest at once",
         question="Why must both clusters of a pair be the nearest to each other, and is there "
         "always such a pair?",
         answer="So that no cluster is wanted by two others at once, and threads need not agree. "

@@ -221,8 +221,9 @@ LESSONS = (
         label="One Bit of a Radix Sort",
         slide="Parallel radix sort on GPU (CUDA)",
         begin="With digits of one bit a pass is a split: zeros go to the left, ones to the right",
-        look_for="The number below each code says how many zeros are before it; from that alone "
-        "every code knows its place, so all can move at once",
+        look_for="The number below each code says how many zeros are before it; from that, its "
+        "own place and the number of all zeros every code knows where to go, so all can move at "
+        "once",
         question="A zero goes behind the zeros before it. How does a one find its place?",
         answer="It goes behind all zeros, and behind the ones before it. Those are all codes "
         "before it that are not zeros: place = number of all zeros + i - zeros before i",

@@ -248,9 +248,9 @@ LESSONS = (
         look_for="In the first frame both trees are the same; then boxes of the refitted one grow "
         "and overlap, since what was together once is not any more, and its cost grows",
         question="Which motion harms a refitted tree most, and which not at all?",
-        answer="Moving or scaling the whole does none: all boxes go with it. Most is done when "
-        "neighbours part, as in an explosion, since a node then has to enclose triangles that are "
-        "far from each other",
+        answer="Moving the whole does none, nor does scaling it alike along all axes: all boxes go "
+        "with it. Most is done when neighbours part, as in an explosion, since a node then has to "
+        "enclose triangles that are far from each other",
         source="structures.bvh.topology.refit",
         sample="suzanne:subdivisions=1",
         structures=("bvh",),

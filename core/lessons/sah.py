@@ -239,7 +239,7 @@ LESSONS = (
         begin="What a division of a volume costs a ray is estimated from two areas and two counts",
         look_for="Each child counts with the share of the rays that reach it, which is its surface "
         "over that of V, times the objects that wait there",
-        question="The two shares are more than 1 together. Why is not every split a loss?",
+        question="The two shares may be more than 1 together. Why is not every such split a loss?",
         answer="A ray can hit both children, so their shares may add up to as much as 2. But a "
         "share multiplies only the objects of its own child: a split pays if many objects are "
         "behind little surface",

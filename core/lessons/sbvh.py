@@ -225,12 +225,12 @@ LESSONS = (
         label="Spatial Splits (SBVH)",
         slide="Contemporary methods",
         begin="A plane may cut triangles, too: each part is referenced with the box around it",
-        look_for="A large triangle would make both children overlap; cut into two references, each "
-        "child keeps to its own side of the plane",
+        look_for="A large triangle would make both children overlap; cut into two references, it "
+        "makes neither child larger; where that does not pay a triangle is left whole on one side",
         question="What is paid for children that do not overlap?",
         answer="References: a cut triangle is stored and may be tested on both sides, so that the "
-        "tree has more leaves. The heuristic counts it in N_L and in N_R and cuts only where the "
-        "smaller boxes save more than that",
+        "tree has more references. The heuristic counts it in N_L and in N_R and cuts only where "
+        "the smaller boxes save more than that",
         source="structures.bvh.builders.spatial.sbvh",
         sample="suzanne:subdivisions=0",
         structures=("bvh:builder=sbvh",),

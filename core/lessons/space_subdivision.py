@@ -92,12 +92,12 @@ LESSONS = (
         slide="Space subdivision (spatial directories)",
         begin="Space is divided into cells, each with a list of the objects in it, and a ray asks "
         "only the cells it passes",
-        look_for="The grid spends as many cells on nothing as on the object; the octree spends "
-        "them where objects are, and its cells in empty space are large",
+        look_for="The grid's cells are alike everywhere, so most are spent on nothing; the octree "
+        "spends them where objects are, and its cells in empty space are large",
         question="The grid's step to the next cell is much cheaper than the octree's. When is it "
-        "the better choice nevertheless?",
-        answer="If objects of like size are spread evenly, as in a scan that fills its box: then "
-        "equal cells hold equally much, and addressing them costs nothing",
+        "the better choice?",
+        answer="If objects of like size are spread evenly, as in a cloud of particles that fills "
+        "its box: then equal cells hold equally much, and addressing them costs nothing",
         source="structures.grid.cells",
         sample="suzanne:subdivisions=2",
         structures=("grid:resolution=32x32x32,assignment=exact", "octree:max_depth=5"),

@@ -209,10 +209,11 @@ LESSONS = (
         begin="At every node the builder compares planes across x, y and z and takes the cheapest",
         look_for="A few planes at even distances come close to the lowest point of the whole "
         "curve; the curve is steep at its ends and flat around its lowest point",
-        question="Why are 16 candidates per axis enough, when the full curve has thousands?",
+        question="Why are 15 candidates per axis enough, when the full curve of a large node has "
+        "thousands?",
         answer="Around its lowest point the curve is flat, so that a plane somewhat beside it "
-        "costs hardly more. Comparing all cuts takes longer and makes trees that are a few "
-        "hundredths better",
+        "costs hardly more. Comparing all cuts takes longer, and the whole tree gains less than a "
+        "hundredth by it, or even loses: the choice is greedy",
         source="structures.bvh.builders.top_down.binned_sah",
         sample="suzanne:subdivisions=1",
         structures=("bvh:builder=binned_sah",),

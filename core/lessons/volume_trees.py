@@ -30,8 +30,8 @@ LESSONS = (
         label="Trees of Spheres, Boxes and k-DOPs",
         slide="Bounding volume hierarchies",
         begin="Each kind of volume makes a hierarchy: the tree may be the same in all of them",
-        look_for="Spheres overlap most and stick out of the object; oriented boxes and k-DOPs "
-        "follow it already on the upper levels",
+        look_for="Below the root spheres have most surface and stick out of the object; k-DOPs "
+        "follow it on every level, oriented boxes only where the object lies oblique to the axes",
         question="The object is turned by 30 degrees. Which of the trees can be turned with it, "
         "and which have to be fitted anew?",
         answer="Spheres and oriented boxes turn with it: move the centre, or centre and axes. An "
