@@ -1,4 +1,4 @@
-"""Volumes around a scene, or around parts of it, and how they are drawn: edges and surface."""
+"""How volumes are drawn, by edges and surface; the hull of a scene, and where copies stand."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from ..geometry.kdop import DIRECTIONS
 from ..geometry.sphere import Spheres
 from ..progress import SILENT, Progress
 from ..scene import Scene
-from ..structures.bvh.topology.fit import fit_all
 
 SPHERE = icosphere(4)
 """What a sphere's surface is drawn by, (1280, 3, 3)."""
@@ -27,22 +26,6 @@ WITHIN = 1e-9
 
 HALVINGS = 3
 """How often a side's triangles are cut in four where only a part of it is drawn."""
-
-
-def volume_around(scene: Scene, kind: str, progress: Progress = SILENT) -> Any:
-    """Return a volume of a kind around all items of a scene; of unions, halves along its length.
-
-    Raises
-    ------
-    Cancelled
-        From `progress`.
-    """
-    corners, _ = hulls_of(scene.geometry)
-    progress.report(0, 2, "Fitting a volume")
-    axis = int((scene.upper - scene.lower).argmax())
-    corners = corners[np.argsort(corners[:, :, axis].mean(axis=1), kind="stable")]
-    progress.report(1, 2, "Fitting a volume")
-    return fit_all(kind, corners, np.zeros(1, int), np.full(1, len(corners)), progress)
 
 
 def hull_surface(scene: Scene, progress: Progress = SILENT) -> float:

@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.geometry import hulls_of
 from ..geometry.kinds import KINDS
 from ..kernels import announcing
 from ..progress import Progress
 from ..sah.line_sample import Ball, random_lines_through
 from ..sah.timing import time_of_volume
+from ..sah.volume_around import volume_around
 from ..scene import Scene
 from ..settings import setting
-from .around import edges_of, hull_surface, surface_of, volume_around
+from .around import edges_of, hull_surface, surface_of
 from .drawing import BLUE, GREY, RED, Chart, coloured, picture_of, tinted
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
@@ -51,7 +51,6 @@ class Volumes(Play):
 
     def __init__(self, scene: Scene, progress: Progress) -> None:
         self.scene = scene
-        corners, _ = hulls_of(scene.geometry)
         self.hull = hull_surface(scene, progress)
         rays = random_lines_through(Ball.around(scene.lower, scene.upper, 1.0), RAYS, seed=1)
         reach = scene.geometry.reach
@@ -59,8 +58,8 @@ class Volumes(Play):
         for done, kind in enumerate(SHOWN):
             progress.report(done, len(SHOWN), "Timing volumes")
             with announcing(progress, f"the test of {kind}"):
-                self.volumes[kind] = volume_around(scene, kind, progress)
-                self.times[kind] = time_of_volume(kind, corners, rays.arrays(), reach)
+                volume = self.volumes[kind] = volume_around(scene, kind, progress)
+                self.times[kind] = time_of_volume(volume, rays.arrays(), reach)
         shapes = (
             (kind, edges_of(each)[0], surface_of(each)) for kind, each in self.volumes.items()
         )

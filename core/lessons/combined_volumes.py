@@ -19,8 +19,9 @@ from ..geometry.kinds import COMBINED
 from ..progress import Progress
 from ..sah.line_sample import Ball, chords, random_lines_through, sample_of, volume_hits
 from ..sah.timing import affordable
+from ..sah.volume_around import volume_around
 from ..settings import setting
-from .around import edges_of, kind_in_words, surface_of, volume_around
+from .around import edges_of, kind_in_words, surface_of
 from .drawing import BLUE, GREEN, GREY, ORANGE, coloured, picture_of, tinted
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row

@@ -17,9 +17,10 @@ from ..geometry.half_spaces import every_other, faces_of, measured
 from ..geometry.marks import stars
 from ..geometry.polygons import Polygons
 from ..progress import SILENT, Progress
+from ..sah.volume_around import volume_around
 from ..scene import Scene
 from ..settings import setting
-from .around import edges_of, hull_surface, surface_of, volume_around
+from .around import edges_of, hull_surface, surface_of
 from .drawing import BLUE, GREEN, GREY, RED, coloured, halves, outlines, picture_of, tinted
 from .lesson import Lesson, Play, Subject, frame_knob
 from .picture import Mark, Picture, Row

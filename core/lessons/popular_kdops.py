@@ -14,9 +14,10 @@ import numpy as np
 from ..contract.outlines import triangles_of
 from ..geometry.kdop import KDOPs
 from ..progress import Progress
+from ..sah.volume_around import volume_around
 from ..scene import Scene
 from ..settings import setting
-from .around import beside_each_other, edges_of, hull_surface, volume_around
+from .around import beside_each_other, edges_of, hull_surface
 from .drawing import BLUE, GREEN, GREY, ORANGE, coloured, items_in, picture_of, shifted, tinted
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..contract.structure import Structure
-from ..geometry.geometry import hulls_of
 from ..geometry.kinds import COMBINED, KINDS
 from ..progress import Progress
 from ..sah.line_sample import (
@@ -25,8 +24,8 @@ from ..sah.line_sample import (
     sample_of,
 )
 from ..sah.timing import affordable
+from ..sah.volume_around import volume_around
 from ..settings import setting
-from ..structures.bvh.topology.fit import fit_all
 from .around import edges_of, hull_surface, kind_in_words
 from .drawing import BLUE, GREEN, GREY, ORANGE, Lines, coloured, picture_of
 from .lesson import Lesson, Play, Subject
@@ -80,10 +79,9 @@ class Shares(Play):
         self, structure: Structure, kind: str, directions: Sequence[str], progress: Progress
     ) -> None:
         scene = structure.scene
-        corners, _ = hulls_of(scene.geometry)
         ball = Ball.around(scene.lower, scene.upper, SPREAD)
         self.kind = kind
-        self.volume = fit_all(kind, corners, np.zeros(1, int), np.full(1, len(corners)), progress)
+        self.volume = volume_around(scene, kind, progress)
         self.hull = hull_surface(scene, progress)
         self.edges, _ = edges_of(self.volume)
         self.above = ball.centre + np.array([0.0, 0.0, 1.05 * ball.radius])

@@ -24,10 +24,11 @@ from ..kernels import announcing
 from ..progress import Progress
 from ..sah.line_sample import Ball, random_lines_through, sample_of
 from ..sah.timing import affordable, time_of_object, time_of_volume, verdict
+from ..sah.volume_around import volume_around
 from ..scene import Scene
 from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
-from .around import edges_of, volume_around
+from .around import edges_of
 from .drawing import BLUE, GREEN, GREY, ORANGE, RED, Chart, coloured, picture_of
 from .lesson import FILM, Lesson, Play, Subject
 from .picture import Mark, Picture, Row
@@ -77,9 +78,7 @@ class Efficiency(Play):
             triangles = scene.items()
             self.I = time_of_object(triangles, rays.arrays())
             progress.report(1, 2, "Timing the volume")
-            self.B = time_of_volume(
-                settings.volume, scene.triangles, rays.arrays(), triangles.reach
-            )
+            self.B = time_of_volume(self.volume, rays.arrays(), triangles.reach)
         self.p = float(self.counted.hits_volume.mean())
         self.error = float(np.sqrt(self.p * (1.0 - self.p) / len(rays)))
 

@@ -18,8 +18,6 @@ from ..geometry.rays import RayArrays, make_ray
 from ..geometry.triangles import Triangles
 from ..geometry.volume import MOST_STRIPS
 from ..kernels import call, has_numba, is_plain, kernel
-from ..progress import SILENT
-from ..structures.bvh.topology.fit import fit_all
 from .line_sample import enter_lines, use
 
 COPIES = 17
@@ -84,13 +82,17 @@ def time_of_ray(rays: RayArrays, reach: np.ndarray) -> float:
     return nanoseconds(count, make_rays, rays, reach, count)
 
 
-def time_of_volume(kind: str, corners: np.ndarray, rays: RayArrays, reach: np.ndarray) -> float:
-    """Return B: the nanoseconds of preparing a ray for a kind of volume and of testing one.
+def time_of_volume(volume: Any, rays: RayArrays, reach: np.ndarray) -> float:
+    """Return B: the nanoseconds of preparing a ray for a volume and of testing it.
 
     A single test takes little more than the clock's noise, so many copies are tested as well.
+
+    Parameters
+    ----------
+    volume : NamedTuple of arrays
+        A list of one.
     """
-    one_volume = fit_all(kind, corners, np.zeros(1, np.int64), np.full(1, len(corners)), SILENT)
-    volumes = copies_of(one_volume)
+    volumes = copies_of(volume)
     t, strips = np.empty(min(affordable(*TIMED_RAYS), len(rays.t_max))), np.empty((MOST_STRIPS, 3))
     one, many = (
         nanoseconds(len(t), enter_lines, volumes, copies, rays, reach, strips, t)
@@ -127,7 +129,6 @@ def verdict(B: float, I: float, p: float) -> dict[str, Any]:  # noqa: E741  the 
     """
     return {
         "time_with": B + p * I,
-        "time_without": I,
         "pays": bool(B + p * I < I),
         "break_even": 1.0 - B / I,
         "speed_up": I / (B + p * I),

@@ -28,10 +28,10 @@ from ...kernels import announcing
 from ...progress import SILENT, Progress
 from ...sah.line_sample import Ball, parallel_lines_through, random_lines_through, sample_of
 from ...sah.timing import time_of_object, time_of_volume, verdict
+from ...sah.volume_around import volume_around
 from ...scene import Scene
 from ...settings import to_json
 from ...structures.bvh import BVH
-from ...structures.bvh.topology.fit import fit_all
 from .efficiency_settings import EfficiencySettings
 from .environment import environment
 from .experiment import describe_scene, refuse_not_finite
@@ -105,9 +105,7 @@ class Measurement:
         scene, rays, progress, I = self.scene, self.rays, self.progress, self.I  # noqa: E741
         progress.report(0, 1, f"Measuring {kind}")
         with announcing(progress, f"the test of {kind}"):
-            volumes = fit_all(
-                kind, scene.triangles, np.zeros(1, int), np.full(1, len(scene)), SILENT
-            )
+            volumes = volume_around(scene, kind)
             area, content = float(volumes.areas()[0]), float(volumes.contents()[0])
             sample = sample_of(rays, self.structure, volumes)
             hit = int(sample.hits_volume.sum())
@@ -116,7 +114,7 @@ class Measurement:
             # The area of other shapes is itself counted, by fewer lines.
             is_exact = isinstance(volumes, Spheres) or is_polyhedral(volumes)
             p = area / self.ball.area() if is_exact else measured
-            B = time_of_volume(kind, scene.triangles, rays.arrays(), self.triangles.reach)
+            B = time_of_volume(volumes, rays.arrays(), self.triangles.reach)
         record = {
             **self.what(kind),
             "surface_area": area,

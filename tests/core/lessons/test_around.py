@@ -9,8 +9,8 @@ from accelscope.core.lessons.around import (
     beside_each_other,
     hull_surface,
     surface_of,
-    volume_around,
 )
+from accelscope.core.sah.volume_around import volume_around
 
 
 @pytest.mark.parametrize(
