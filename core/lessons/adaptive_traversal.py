@@ -29,7 +29,7 @@ from ..structures.subdivision.structure import LinkedSubdivision
 from .column import YELLOW, column_beside
 from .drawing import BLUE, GREY, ORANGE, RED, Faces, Lines, counted, picture_of
 from .lesson import Lesson, Play, Subject
-from .one_ray import Counted, Walked, ray_of
+from .one_ray import Walked, near, ray_of
 from .picture import Mark, Picture, Row
 from .section import (
     FAINT,
@@ -265,18 +265,12 @@ ENOUGH = 9
 """Leaves that make a telling ray."""
 
 
-def enters_some(counted_in: Sequence[Counted], hits: np.ndarray) -> np.ndarray:
-    """Prefer rays that hit after some leaves."""
-    leaves = counted_in[0]["N_ETS"]
-    return 3.0 * hits - np.abs(leaves - ENOUGH) - ENOUGH * (leaves == 0)
-
-
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Record all walks."""
     tree = subject.structures[0]
     assert isinstance(tree, LinkedSubdivision)
     progress.report(0, len(WALKS) + 1, "Choosing a ray")
-    rays = ray_of(subject, [tree], enters_some)
+    rays = ray_of(subject, [tree], near(ENOUGH))
     plane = Plane.through_ray(rays.origins[0], rays.directions[0])
     cells = tree.cells(progress)
     shown = []

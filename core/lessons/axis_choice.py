@@ -37,6 +37,7 @@ from .drawing import (
     outlines,
     picture_of,
     quads,
+    shifted,
     some_of,
 )
 from .lesson import Lesson, Play, Subject
@@ -120,7 +121,7 @@ class AxisChoice(Play):
         marks, texts, rows = [], [], []
         for place, tree in enumerate(self.trees):
             found, divided = tree.parts(level)
-            parts += [moved(part, place * step) for part in found]
+            parts += [shifted(part, place * step) for part in found]
             title = np.array([low[0], low[1], high[2] + 0.12 * size]) + place * step
             marks.append(Mark(title, f"{tree.name}: SAH {tree.cost:.2f}"))
             if len(divided) <= FEW:
@@ -152,13 +153,6 @@ class AxisChoice(Play):
         place = box[3:].copy()
         place[axis] = tree.position[node]
         return Mark(place + shift, "xyz"[axis], RED[:3])
-
-
-def moved(part: Lines | Faces, shift: np.ndarray) -> Lines | Faces:
-    """Return lines or faces elsewhere."""
-    if isinstance(part, Lines):
-        return Lines(part.segments + shift, part.colours)
-    return Faces(part.triangles + shift, part.colours)
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:

@@ -19,31 +19,13 @@ from ..geometry.instances import lines_of_items
 from ..printing import show_integer
 from ..progress import Progress
 from ..sah.line_sample import Ball, random_lines_through
-from ..sah.timing import affordable
 from ..settings import setting
-from .drawing import (
-    BLUE,
-    ORANGE,
-    Chart,
-    coloured,
-    counted,
-    halves,
-    items_in,
-    picture_of,
-    some_of,
-    tinted,
-)  # fmt: skip
+from .drawing import BLUE, ORANGE, Chart, coloured, counted, items_in, picture_of, some_of
+from .growth import number_of_lines
 from .lesson import Lesson, Play, Subject
 from .one_ray import RAY, point_at, rays_from_the_front
 from .picture import Mark, Picture, Row
 from .solid_efficiency import SPREAD
-
-TESTS = 400_000, 20_000
-"""Tests of the naive algorithm, and where kernels run as plain Python: the number of lines follows
-from it."""
-
-FEWEST, MOST = 12, 256
-"""Lines."""
 
 MOST_LINES = 300
 """Objects whose outlines are drawn: they are seen behind the mesh as well."""
@@ -91,7 +73,7 @@ class Ways(Play):
 
     def __init__(self, subject: Subject, progress: Progress) -> None:
         scene = self.scene = subject.scene
-        number = min(max(affordable(*TESTS) // len(scene), FEWEST), MOST)
+        number = number_of_lines(scene)
         ball = Ball.around(scene.lower, scene.upper, SPREAD)
         lines = random_lines_through(ball, number, seed=1)
         structures: dict[str, Structure] = dict(zip(WAYS, subject.structures, strict=True))
@@ -134,11 +116,8 @@ class Ways(Play):
         marks = []
         for place, (way, length) in enumerate(lengths.items()):
             low, high = rows_of_chart - place - 0.8, rows_of_chart - place - 0.2
-            corners = [(0.0, low), (length, low), (length, high), (0.0, high)]
-            rectangle = chart.points(*zip(*corners, strict=True))
-            colour = ORANGE if way == chosen else BLUE
-            parts.append(tinted(halves(rectangle[None]), colour, 0.8))
-            end = chart.points([length], [0.5 * (low + high)])[0]
+            parts.append(chart.bar(0.0, length, low, high, ORANGE if way == chosen else BLUE))
+            end = chart.place(length, 0.5 * (low + high))
             marks.append(Mark(end, f"{WAYS[way][0]} {shown(self.tests[way])}",
                               ORANGE[:3] if way == chosen else None))  # fmt: skip
         marks.append(chart.named("", "tests for a ray, logarithmic")[1])

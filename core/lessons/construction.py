@@ -22,7 +22,7 @@ from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.tree import ranges_of
 from .around import beside_each_other
-from .drawing import GREY, Lines, counted, items_in, picture_of, shifted
+from .drawing import GREY, Lines, counted, items_in, opaque, picture_of, shifted
 from .hierarchy import has_log, is_tree
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
@@ -125,7 +125,7 @@ class Construction(Play):
             number = round(building.boxes_at[step])
             drawn = building.nodes_at(step, MOST_BOXES)[::-1]
             colours = count_colours(building.count[drawn] - 1, len(self.scene) - 1)
-            colours = np.column_stack([colours, np.ones(len(drawn))]).repeat(12, axis=0)
+            colours = opaque(colours).repeat(12, axis=0)
             if place.any():  # the mesh itself is there once
                 parts.append(shifted(self.body, place))
             parts.append(shifted(Lines(box_segments(building.boxes[drawn]), colours), place))

@@ -127,6 +127,11 @@ def faint(colour: Colour, opacity: float = 0.35) -> Colour:
     return (*colour[:3], opacity)
 
 
+def opaque(colours: np.ndarray) -> np.ndarray:
+    """Return colours (k, 3) with an opacity of 1."""
+    return np.concatenate([colours, np.ones((len(colours), 1))], axis=1)
+
+
 def extent_of(scene: Scene) -> float:
     """Return the longest side of the box around a scene, or 1 if it has none."""
     return float((scene.upper - scene.lower).max()) or 1.0
@@ -250,17 +255,16 @@ class Chart:
         size = 0.05 * float(np.linalg.norm(self.upwards))
         return coloured(stars(self.points(x, y), np.full(len(x), size)), colour)
 
-    def bars(
-        self, x: Sequence[float], y: Sequence[float], width: float, colour: Colour,
-        base: float = 0.0,
-    ) -> Faces:  # fmt: skip
-        """Return bars that begin at x, in its unit as wide as `width`, from `base` up to y."""
-        left, top = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
-        foot = np.full(len(top), base)
-        right = left + width
-        corners = [(left, foot), (right, foot), (right, top), (left, top)]
-        rectangles = np.stack([self.points(*corner) for corner in corners], axis=1)
-        return tinted(halves(rectangles), colour, 0.8)
+    def rectangles(
+        self, left: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> np.ndarray:
+        """Return rectangles from `left` to `right` and from `low` to `high`, (k, 4, 3)."""
+        corners = [(left, low), (right, low), (right, high), (left, high)]
+        return np.stack([self.points(x, y) for x, y in corners], axis=1)
+
+    def bar(self, left: float, right: float, low: float, high: float, colour: Colour) -> Faces:
+        """Return one bar, from `low` up to `high`."""
+        return quads(self.rectangles(*np.array([[left], [right], [low], [high]])), colour, 0.8)
 
     def level(self, y: float, colour: Colour) -> Lines:
         """Return a line across the chart."""
@@ -287,10 +291,9 @@ class Chart:
         colour: Colour,
         opacity: float = 0.6,
     ) -> tuple[Lines, Faces]:
-        """Return rectangles from `left` to `right` and from `low` to `high`, (k,) each."""
-        corners = [(left, low), (right, low), (right, high), (left, high)]
-        quad = np.stack([self.points(x, y) for x, y in corners], axis=1)
-        return coloured(outlines(quad), colour), quads(quad, colour, opacity)
+        """Return rectangles with their outlines; see :meth:`rectangles`."""
+        found = self.rectangles(left, right, low, high)
+        return coloured(outlines(found), colour), quads(found, colour, opacity)
 
     def mark(self, x: float, y: float, colour: Colour) -> Lines:
         """Return a star at a point, and the line from the axis up to it."""

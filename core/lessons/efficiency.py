@@ -33,10 +33,10 @@ from .drawing import (
     Faces,
     Lines,
     coloured,
-    halves,
+    opaque,
     picture_of,
-    tinted,
-)  # fmt: skip
+    quads,
+)
 from .hierarchy import is_tree, tree_of
 from .lesson import Lesson, Play, Subject
 from .magnifier import magnifier
@@ -50,6 +50,10 @@ MOST_ITEMS = 1000
 
 MOST_BOXES = 250
 """Nodes in the frame that shows them all."""
+
+
+MAGNIFIED = 0.35
+"""Size of a node under the magnifying glass, as a share of the scene's."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +153,7 @@ class NodesNotPaying(Play):
             Row("Gain", f"{right - left:.3f}", "Of a node that does not pay it is not above 0"),
         ]
         root = volume_of(cells, np.array([0]), GREY)
-        glass = magnifier(box, structure.scene)
+        glass = magnifier(box, structure.scene, MAGNIFIED)
         if glass is not None:
             parts += [*(glass.of(part) for part in parts), glass.way()]
             marks = [Mark(glass.at(mark.position), mark.text, mark.colour) for mark in marks]
@@ -195,8 +199,7 @@ class OverlappingSiblings(Play):
         overlapping = int((self.shares > 0.0).sum())
         shown = np.flatnonzero(self.shares > 0.0)[:MOST_BOXES]
         # Large ones last: where they coincide, those are seen.
-        colours = ramp(self.shares[shown][::-1]).repeat(12, axis=0)
-        colours = np.concatenate([colours, np.ones((len(colours), 1))], axis=1)
+        colours = opaque(ramp(self.shares[shown][::-1])).repeat(12, axis=0)
         caption = (
             f"What siblings share: {overlapping} of {self.n_pairs} pairs overlap, "
             f"in the mean by {100.0 * self.mean:.1f}% of their parent's surface; "
@@ -221,7 +224,7 @@ class OverlappingSiblings(Play):
         shared, share = self.shared[number], float(self.shares[number])
         sides = corners_of(shared[None])[:, SIDES].reshape(-1, 4, 3)
         parts: list[Lines | Faces] = [
-            tinted(halves(sides), RED, 0.3),
+            quads(sides, RED, 0.3),
             coloured(box_segments(boxes[[parent]]), GREY),
             coloured(box_segments(boxes[[a]]), BLUE),
             coloured(box_segments(boxes[[b]]), ORANGE),

@@ -27,7 +27,7 @@ from ..structures.grid import Grid
 from ..structures.grid.ladder import Ladder, ladder_of
 from .drawing import BLUE, GREEN, GREY, ORANGE, Colour, Faces, Lines, coloured, picture_of
 from .lesson import Lesson, Play, Subject
-from .one_ray import Counted, Walked, ray_of
+from .one_ray import Walked, near, ray_of
 from .picture import Mark, Picture, Row
 from .section import (
     Plane,
@@ -52,7 +52,7 @@ MOST_WALLS = 40
 LEAST_ROOM = 0.05
 """Length of the ray in a cell that has room for a number, in sizes of the scene."""
 
-BEST = 12
+ENOUGH = 12
 """Cells that make a telling ray."""
 
 
@@ -193,19 +193,13 @@ def steps_from_cell_to_cell(structure: Any) -> str:
     return ""
 
 
-def enters_some(counted_in: Sequence[Counted], hits: np.ndarray) -> np.ndarray:
-    """Prefer rays with about BEST cells, and among those that hit."""
-    cells = counted_in[0]["N_ETS"]
-    return 4.0 * hits - np.abs(cells - BEST) - BEST * (cells == 0)
-
-
 def play_of(kind: type[Traversal]) -> Any:
     """Return the function that plays a lesson."""
 
     def play(subject: Subject, settings: Any, progress: Progress) -> Play:
         grid = subject.structures[0]
         progress.report(0, 2, "Choosing a ray")
-        rays = ray_of(subject, [grid], enters_some, is_oblique=True)
+        rays = ray_of(subject, [grid], near(ENOUGH), is_oblique=True)
         progress.report(1, 2, "Following the ray")
         walked = Walked.of(grid, rays)
         if not len(walked.visits):

@@ -25,7 +25,7 @@ from ..structures.bvh.hierarchy import BVH
 from ..structures.naive import Naive
 
 TESTS = 400_000, 20_000
-"""Tests of the naive algorithm in the largest part, and where kernels run as plain Python: the
+"""Tests of the naive algorithm in the whole scene, and where kernels run as plain Python: the
 number of lines follows from it."""
 
 FEWEST, MOST = 12, 256
@@ -78,6 +78,11 @@ class Growth(NamedTuple):
         return np.stack([foot - reach, foot + reach])
 
 
+def number_of_lines(scene: Scene) -> int:
+    """Return how many lines are traced naively: as many as make no more than TESTS."""
+    return min(max(affordable(*TESTS) // len(scene), FEWEST), MOST)
+
+
 def growth_of(scene: Scene, counts: Sequence[int], progress: Progress) -> Growth:
     """Trace parts of a scene.
 
@@ -93,8 +98,8 @@ def growth_of(scene: Scene, counts: Sequence[int], progress: Progress) -> Growth
     """
     # Only uniform numbers: every NumPy has drawn the same ones.
     order = np.argsort(np.random.default_rng(1).random(len(scene)), kind="stable")
-    number = min(max(affordable(*TESTS) // len(scene), FEWEST), MOST)
-    rays = Rays.from_arrays(*random_lines(scene.lower, scene.upper, number, seed=1))
+    lines = random_lines(scene.lower, scene.upper, number_of_lines(scene), seed=1)
+    rays = Rays.from_arrays(*lines)
     # What is compiled is not timed.
     first = part_of(scene, order[:1])
     for structure in (Naive.build(first, Naive.Settings()), BVH.build(first, BVH.Settings())):

@@ -20,7 +20,7 @@ from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.topology.fit import fit_all
 from ..structures.bvh.topology.tree import ranges_of
 from .around import beside_each_other, edges_of
-from .drawing import GREY, Lines, counted, items_in, picture_of, shifted
+from .drawing import GREY, Lines, counted, items_in, opaque, picture_of, shifted
 from .hierarchy import is_tree, tree_of
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
@@ -78,8 +78,7 @@ class VolumesByLevel(Play):
             for kind in kinds:
                 volumes = fit_all(kind, corners, first, last, progress)
                 segments, owners = edges_of(volumes, progress=progress)
-                colours = ramp(owners / max(len(nodes) - 1, 1))
-                lines[kind] = Lines(segments, np.column_stack([colours, np.ones(len(owners))]))
+                lines[kind] = Lines(segments, opaque(ramp(owners / max(len(nodes) - 1, 1))))
                 sums[kind] = float(volumes.areas(progress).sum())
             self.nodes.append(nodes)
             self.shown.append(int(is_shown.sum()))

@@ -21,8 +21,8 @@ from ..sah.volume_around import volume_around
 from ..scene import Scene
 from ..settings import setting
 from .around import edges_of, hull_surface, surface_of
-from .drawing import BLUE, GREEN, GREY, RED, coloured, halves, outlines, picture_of, tinted
-from .lesson import Lesson, Play, Subject, frame_knob
+from .drawing import BLUE, GREEN, GREY, RED, coloured, outlines, picture_of, quads, tinted
+from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
 
 STEPS = 6
@@ -39,7 +39,7 @@ class Settings:
     """The knobs of the lesson."""
 
     k: str = setting("14", "k", "How many half-spaces: twice the directions", choices=KINDS)
-    frame: int = frame_knob("How far the strips have come")
+    frame: int = setting(0, "Frame", "How far the strips have come", minimum=0)
 
 
 class Left(NamedTuple):
@@ -131,7 +131,7 @@ class Strips(Play):
             coloured(middle + across[strip : strip + 1], RED),
             tinted(surface_of(left), BLUE, 0.18),
             coloured(edges, BLUE),
-            tinted(halves(squares), RED, 0.18),
+            quads(squares, RED, 0.18),
             coloured(outlines(squares), RED),
         ]
         if touches:

@@ -21,7 +21,7 @@ from ..errors import InputError
 from ..geometry.rays import Rays
 from ..progress import SILENT, Progress
 from ..scene import Scene
-from ..settings import parse, parse_spec, setting
+from ..settings import parse, parse_spec
 from ..structures import structure_named
 from .moment import Moment
 from .picture import Picture
@@ -112,48 +112,6 @@ class Play(abc.ABC):
         return dataclasses.replace(settings, **beyond)
 
 
-def frame_knob(description: str = "Which picture; the first is 0") -> Any:
-    """Declare the knob of a lesson that is a row of pictures."""
-    return setting(0, "Frame", description, minimum=0)
-
-
-@dataclass(frozen=True)
-class FrameSettings:
-    """The knob of a lesson that is a row of pictures."""
-
-    frame: int = frame_knob()
-
-
-class Frames(Play):
-    """A row of pictures; the knob is called ``frame``.
-
-    Parameters
-    ----------
-    count : int
-        At least one.
-    make : callable
-        Returns the picture of a number from 0 on.
-    on_page : sequence of int
-        Those that tell most; without any, some evenly between the first and the last.
-    """
-
-    def __init__(
-        self, count: int, make: Callable[[int], Picture], on_page: Sequence[int] = ()
-    ) -> None:
-        self.ends = {"frame": count - 1}
-        self._make, self._on_page = make, on_page
-
-    def picture(self, settings: Any) -> Picture:
-        """Return the picture of a number."""
-        return self._make(settings.frame)
-
-    def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
-        """Return those that tell most."""
-        if not self._on_page:
-            return super().on_page(lesson, settings)
-        return [dataclasses.replace(settings, frame=number) for number in self._on_page]
-
-
 def any_structure(structure: Structure) -> str:
     """Accept every structure, see :attr:`Lesson.suits`."""
     return ""
@@ -187,13 +145,13 @@ class Lesson:
         Raises InputError for a subject of which there is nothing to show, and Cancelled.
     Settings : type
         Its knobs.
+    film : str
+        The knob that a film goes through.
     structures : tuple of str
         Specs of the structures that it is about, such as ``"bvh:builder=median"``.
     suits : callable
         Whether another structure can stand in the place of the first of them: returns "", or why
         not in one sentence without a full stop.
-    film : str
-        The knob that a film goes through.
     replays : tuple of str
         Knobs after which it is played anew.
     takes_frames : bool
@@ -212,10 +170,10 @@ class Lesson:
     source: str
     sample: str
     play: Callable[[Subject, Any, Progress], Play]
-    Settings: type = FrameSettings
+    Settings: type
+    film: str
     structures: tuple[str, ...] = ()
     suits: Callable[[Structure], str] = any_structure
-    film: str = "frame"
     replays: tuple[str, ...] = ()
     takes_frames: bool = False
     takes_ray: bool = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,8 +10,8 @@ import numpy as np
 from ..scene import Scene
 from .drawing import GREY, Lines, coloured
 
-MAGNIFIED = 0.35
-"""Size of a node under the magnifying glass, as a share of the scene's."""
+ENLARGED = 0.6
+"""Size of what stands beside the model enlarged, as a share of the scene's."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +42,29 @@ class Magnifier:
         return coloured(np.stack([self.centre, self.place])[None], GREY)
 
 
-def magnifier(box: np.ndarray, scene: Scene) -> Magnifier | None:
-    """Return what enlarges a box (6,) beside the model; None if it is large enough as it is."""
+def magnifier(box: np.ndarray, scene: Scene, share: float) -> Magnifier | None:
+    """Return what enlarges a box (6,) to the right of the model, where no triangles hide it.
+
+    Parameters
+    ----------
+    share : float
+        Size of the box under the glass, in that of the scene.
+
+    Returns
+    -------
+    Magnifier or None
+        None for a point, and for what is as large as that already.
+    """
     size = float((scene.upper - scene.lower).max())
     own = float((box[3:] - box[:3]).max())
-    if not 0.0 < own < MAGNIFIED * size:
+    if not 0.0 < own < share * size:
         return None
     middle = 0.5 * (scene.lower + scene.upper)
-    place = np.array([scene.upper[0] + 0.35 * size, *middle[1:]])
-    return Magnifier(0.5 * (box[:3] + box[3:]), place, MAGNIFIED * size / own)
+    place = np.array([scene.upper[0] + share * size, *middle[1:]])
+    return Magnifier(0.5 * (box[:3] + box[3:]), place, share * size / own)
+
+
+def enlarged_beside(parts: Sequence[Lines], box: np.ndarray, scene: Scene) -> list[Lines]:
+    """Return what is in a box once more beside the model; nothing, if it is large enough there."""
+    glass = magnifier(box, scene, ENLARGED)
+    return [glass.of(part) for part in parts] if glass is not None else []

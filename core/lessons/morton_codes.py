@@ -24,10 +24,21 @@ from ..geometry.marks import stars
 from ..progress import Progress
 from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
-from .drawing import GREY, ORANGE, Lines, coloured, column, counted, extent_of, faint, picture_of
+from .drawing import (
+    GREY,
+    ORANGE,
+    Lines,
+    coloured,
+    column,
+    counted,
+    extent_of,
+    faint,
+    opaque,
+    picture_of,
+)
 from .hierarchy import tree_of
 from .lesson import Lesson, Play, Subject
-from .morton_intervals import opaque, sorted_along, sorts_by_code
+from .morton_intervals import sorted_along, sorts_by_code
 from .picture import Mark, Picture, Row
 
 MOST_BITS = 10

@@ -25,7 +25,7 @@ from ..structures.bvh.builders import BUILDERS
 from ..structures.bvh.builders.morton.codes import MortonSettings, sort_by_code
 from ..structures.bvh.builders.morton.hlbvh import boxes_around
 from ..structures.bvh.hierarchy import BVH
-from .drawing import Chart, Lines, chart_below, counted, picture_of
+from .drawing import Chart, Lines, chart_below, counted, opaque, picture_of
 from .hierarchy import has_log, is_tree, tree_and_log
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
@@ -186,11 +186,6 @@ def curve(found: Sorted, fractions: np.ndarray, most: int) -> Lines:
     points = found.centroids[::step]
     segments = np.stack([points[:-1], points[1:]], axis=1)
     return Lines(segments, opaque(ramp(fractions[::step][:-1])))
-
-
-def opaque(colours: np.ndarray) -> np.ndarray:
-    """Return colours (k, 3) with an opacity of 1."""
-    return np.concatenate([colours, np.ones((len(colours), 1))], axis=1)
 
 
 def brackets(chart: Chart, levels: list[Level]) -> tuple[Lines, list[Mark]]:

@@ -15,19 +15,15 @@ from ..contract.build_log import MOVE, REINSERT, BuildLog
 from ..errors import InputError
 from ..geometry.box_shape import box_segments, surface_area
 from ..progress import Progress
-from ..scene import Scene
 from ..structures.bvh.hierarchy import BVH
 from ..structures.bvh.optimisers.replay import Replay
-from .drawing import Colour, Lines, coloured, extent_of
+from .drawing import Colour, Lines, coloured
 from .hierarchy import has_log, is_tree
 
 MOST_MOVES = 24
 """Moves that are shown."""
 
 TEXT = "Making the moves of the log again"
-
-ENLARGED = 0.6
-"""Size of what is shown enlarged, as a share of the scene's."""
 
 T = TypeVar("T")
 
@@ -86,21 +82,6 @@ def union(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def around(box: np.ndarray, colour: Colour) -> Lines:
     """Return the edges of a box."""
     return coloured(box_segments(box[None]), colour)
-
-
-def enlarged_beside(parts: Sequence[Lines], box: np.ndarray, scene: Scene) -> list[Lines]:
-    """Return what is in a box once more to the right of a scene, where no triangles hide it.
-
-    Nothing, if it is as large as that.
-    """
-    size = extent_of(scene)
-    middle = 0.5 * (scene.lower + scene.upper)
-    place = np.array([scene.upper[0] + 0.6 * size, middle[1], middle[2]])
-    own = float((box[3:] - box[:3]).max()) or 1.0
-    if own > ENLARGED * size:
-        return []
-    centre, scale = 0.5 * (box[:3] + box[3:]), ENLARGED * size / own
-    return [Lines(place + scale * (part.segments - centre), part.colours) for part in parts]
 
 
 def share_of(structure: BVH, box: np.ndarray) -> float:

@@ -24,11 +24,12 @@ from ..progress import Progress
 from ..scene import Scene
 from ..settings import setting
 from ..structures.subdivision.structure import LinkedSubdivision
-from .adaptive_traversal import ENTERING, enters_some, has_linked_leaves
+from .adaptive_traversal import ENOUGH, ENTERING, has_linked_leaves
 from .column import YELLOW
-from .drawing import BLUE, ORANGE, RED, Colour, Faces, Lines, coloured, counted, picture_of, tinted
+from .drawing import BLUE, ORANGE, RED, Colour, Faces, Lines, coloured, counted, picture_of, quads
 from .lesson import Lesson, Play, Subject
-from .one_ray import RAY, Walked, ray_of
+from .magnifier import Magnifier
+from .one_ray import RAY, Walked, near, ray_of
 from .picture import Mark, Picture, Row
 from .section import place_beside
 
@@ -76,15 +77,16 @@ class Lens:
         self.box, self.size = box, box[3:] - box[:3]
         self.middle = 0.5 * (box[:3] + box[3:])
         whole = float((scene.upper - scene.lower).max())
-        self.scale = whole / ((1.0 + 2.0 * (AWAY + REACH)) * float(self.size.max()))
-        self.place = 0.5 * (scene.lower + scene.upper) + place_beside(scene, 0)
+        scale = whole / ((1.0 + 2.0 * (AWAY + REACH)) * float(self.size.max()))
+        place = 0.5 * (scene.lower + scene.upper) + place_beside(scene, 0)
+        self.glass = Magnifier(self.middle, place, scale)
 
     def enlarged(self, points: np.ndarray, face: int | None = None) -> np.ndarray:
         """Return where points (..., 3) are drawn; what is behind a face is pulled away."""
-        out = self.place + self.scale * (points - self.middle)
+        away = np.zeros(3)
         if face is not None:
-            out[..., face % 3] += self.scale * self.size[face % 3] * AWAY * (1 if face > 2 else -1)
-        return out
+            away[face % 3] = (AWAY if face > 2 else -AWAY) * self.size[face % 3]
+        return self.glass.at(points + away)
 
     def near(self, face: int, box: np.ndarray) -> np.ndarray:
         """Return the part of a box (6,) that is near a face."""
@@ -165,7 +167,7 @@ class NeighbourLinks(Play):
         around = lens.enlarged(corners_of(box[None]))
         sides = around[:, SIDES].reshape(-1, 4, 3)
         parts: list[Lines | Faces] = [
-            tinted(sides[:, [(0, 1, 2), (0, 2, 3)]].reshape(-1, 3, 3), ORANGE, 0.3),
+            quads(sides, ORANGE, 0.3),
             coloured(around[:, EDGES].reshape(-1, 2, 3), ORANGE),
         ]
         if entered is not None and len(self.walked.visits):
@@ -231,7 +233,7 @@ def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     progress.report(0, 2, "Making links")
     linked = tree.walked_by("neighbours", "stored")
     progress.report(1, 2, "Following a ray")
-    rays = ray_of(subject, [linked], enters_some)
+    rays = ray_of(subject, [linked], near(ENOUGH))
     return NeighbourLinks(linked, Walked.of(linked, rays, tree.cells(progress)))
 
 

@@ -29,6 +29,8 @@ FANS = 6
 Counted = dict[str, np.ndarray]
 """Counters of rays, by name."""
 
+WORTH_OF_HIT = 4.0
+"""What a hit is worth, in leaves or cells more or fewer than are wanted."""
 
 TURN = 0.3
 """How far oblique rays begin before and end behind their middle along y, in depths of the box."""
@@ -90,6 +92,16 @@ def ray_of(
     counted = [counts.by_name() for _, counts in traced]
     best = int(np.argmax(telling(counted, traced[0][0].primitive >= 0)))
     return rays.select(np.array([best]))
+
+
+def near(count: int) -> Callable[[Sequence[Counted], np.ndarray], np.ndarray]:
+    """Return what prefers rays that enter about so many leaves or cells, and hit, for `ray_of`."""
+
+    def telling(counted_in: Sequence[Counted], hits: np.ndarray) -> np.ndarray:
+        entered = counted_in[0]["N_ETS"]
+        return WORTH_OF_HIT * hits - np.abs(entered - count) - count * (entered == 0)
+
+    return telling
 
 
 @dataclass(frozen=True)

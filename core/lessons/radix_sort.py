@@ -37,13 +37,14 @@ from .drawing import (
     coloured,
     counted,
     extent_of,
+    opaque,
     outlines,
     picture_of,
     quads,
 )
 from .hierarchy import tree_of
 from .lesson import Lesson, Play, Subject
-from .morton_intervals import opaque, sorts_by_code
+from .morton_intervals import sorts_by_code
 from .picture import Mark, Picture, Row
 from .scattering import TOP, drawn_items, drawn_result, drawn_sums, names_of_rows
 
@@ -165,22 +166,19 @@ class RadixSplit(Play):
         """Return the bits of all codes, to the right of the model; the highest on top."""
         size = extent_of(self.scene)
         chart = Chart.beside(self.scene, 0.0, len(codes), self.bits)
-        column, row = np.meshgrid(np.arange(len(codes)), np.arange(self.bits))
-        corners = [(0.0, 0.0), (0.9, 0.0), (0.9, 0.9), (0.0, 0.9)]
-        quad = np.stack(
-            [chart.points(column.ravel() + x, row.ravel() + y) for x, y in corners], axis=1
-        )
-        is_one = (codes[column.ravel()] >> row.ravel() & 1).astype(bool)
-        here = row.ravel() == bit
+        grid = np.meshgrid(np.arange(len(codes)), np.arange(self.bits))
+        column, row = (each.ravel() for each in grid)
+        quad = chart.rectangles(column, column + 0.9, row, row + 0.9)
+        is_one = (codes[column] >> row & 1).astype(bool)
+        here = row == bit
         parts: list[Lines | Faces] = [
             quads(quad[is_one & ~here], GREY, 0.7),
             quads(quad[~is_one & ~here], GREY, 0.12),
             quads(quad[is_one & here], ORANGE, 0.8),
             quads(quad[~is_one & here], BLUE, 0.8),
         ]
-        frame = [(0.0, 0.0), (len(codes), 0.0), (len(codes), 1.0), (0.0, 1.0)]
-        around = np.stack([chart.place(x, bit + y) for x, y in frame])[None]
-        parts.append(coloured(outlines(around), RED))
+        around = np.array([[0.0], [len(codes)], [bit], [bit + 1.0]])
+        parts.append(coloured(outlines(chart.rectangles(*around)), RED))
         place = chart.place(len(codes) + 0.3, bit + 0.5) + np.array([0.02 * size, 0.0, 0.0])
         return parts, Mark(place, f"bit {bit}", RED[:3])
 

@@ -23,16 +23,8 @@ from ..structures.bvh.optimisers.replay import Replay
 from .drawing import BLUE, GREEN, GREY, ORANGE, RED, Lines, coloured, column, faint, picture_of
 from .hierarchy import tree_and_log
 from .lesson import Lesson, Play, Subject
-from .moves import (
-    TEXT,
-    around,
-    enlarged_beside,
-    moves_made,
-    replayed,
-    share_of,
-    union,
-    was_rearranged,
-)
+from .magnifier import enlarged_beside
+from .moves import TEXT, around, moves_made, replayed, share_of, union, was_rearranged
 from .picture import Picture, Row
 
 OUTWARDS = np.array([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])

@@ -42,7 +42,8 @@ from .drawing import (
 )
 from .hierarchy import tree_of
 from .lesson import Lesson, Play, Subject
-from .moves import around, enlarged_beside
+from .magnifier import enlarged_beside
+from .moves import around
 from .picture import Picture, Row
 from .queues import is_data_parallel
 from .scattering import (

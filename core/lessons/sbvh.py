@@ -39,7 +39,7 @@ from .drawing import (
 )
 from .hierarchy import has_log, is_tree, tree_and_log
 from .lesson import Lesson, Play, Subject
-from .moves import enlarged_beside
+from .magnifier import enlarged_beside
 from .picture import Picture, Row
 from .splits import box_around
 

@@ -40,14 +40,8 @@ from .drawing import (
 )
 from .hierarchy import tree_and_log
 from .lesson import Lesson, Play, Subject
-from .moves import (
-    around,
-    enlarged_beside,
-    moves_made,
-    replayed,
-    union,
-    was_rearranged,
-)
+from .magnifier import enlarged_beside
+from .moves import around, moves_made, replayed, union, was_rearranged
 from .picture import Picture, Row
 
 

@@ -20,7 +20,18 @@ from ..progress import Progress
 from ..scene import Scene
 from ..settings import setting
 from ..structures.grid import Grid, GridSettings
-from .drawing import BLUE, GREY, ORANGE, Faces, Lines, coloured, counted, outlines, picture_of
+from .drawing import (
+    BLUE,
+    GREY,
+    ORANGE,
+    Faces,
+    Lines,
+    coloured,
+    counted,
+    outlines,
+    picture_of,
+    quads,
+)
 from .lesson import Lesson, Play, Subject
 from .one_ray import Counted, Walked, ray_of
 from .picture import Picture, Row
@@ -103,12 +114,9 @@ class UniformSubdivision(Play):
 
     def objects(self) -> list[Lines | Faces]:
         """Return the border of the cells with objects."""
-        sides = self.sides
-        triangles = sides[:, [(0, 1, 2), (0, 2, 3)]].reshape(-1, 3, 3)
-        colours = np.tile((*ORANGE[:3], 0.16), (len(triangles), 1))
-        parts: list[Lines | Faces] = [Faces(triangles, colours)]
-        if len(sides) <= MOST_SIDES:
-            parts.append(coloured(outlines(sides), (*ORANGE[:3], 0.6)))
+        parts: list[Lines | Faces] = [quads(self.sides, ORANGE, 0.16)]
+        if len(self.sides) <= MOST_SIDES:
+            parts.append(coloured(outlines(self.sides), (*ORANGE[:3], 0.6)))
         return parts
 
     def along_ray(self) -> list[Lines | Faces]:

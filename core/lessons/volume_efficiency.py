@@ -94,9 +94,9 @@ class Efficiency(Play):
             *coloured_lines(self.drawn),
             coloured(self.edges, BLUE),
             chart.axes(),
-            chart.bars([0.4], [I], 0.9, ORANGE),
-            chart.bars([1.9], [B], 0.9, BLUE),
-            chart.bars([1.9], [with_volume], 0.9, ORANGE, base=B),
+            chart.bar(0.4, 1.3, 0.0, I, ORANGE),
+            chart.bar(1.9, 2.8, 0.0, B, BLUE),
+            chart.bar(1.9, 2.8, B, with_volume, ORANGE),
             chart.level(I, (*GREY[:3], 0.8)),
         ]
         marks = [

@@ -12,10 +12,28 @@ from accelscope.core.evaluation.pages.view import BACKGROUND
 from accelscope.core.evaluation.rays.workloads import workload_named
 from accelscope.core.evaluation.records.experiment import Built, make_record, trace
 from accelscope.core.lessons import lesson_named, lessons, lessons_about
-from accelscope.core.lessons.lesson import Frames, FrameSettings, any_structure
+from accelscope.core.lessons.lesson import Play, any_structure
 from accelscope.core.lessons.picture import Image, Mark, Picture
+from accelscope.core.settings import setting
 
 BLACK = np.array([[0.0, 0.0, 0.0, 1.0]])
+
+
+@dataclasses.dataclass(frozen=True)
+class FrameSettings:
+    """The knob of a lesson that is a row of pictures."""
+
+    frame: int = setting(0, "Frame", "Which picture", minimum=0)
+
+
+class Frames(Play):
+    """A row of pictures."""
+
+    def __init__(self, *pictures):
+        self.pictures, self.ends = pictures, {"frame": len(pictures) - 1}
+
+    def picture(self, settings):
+        return self.pictures[settings.frame]
 
 
 def line_between(points, caption="a line"):
@@ -110,7 +128,7 @@ def test_the_page_shows_the_lessons_about_a_structure(tmp_path, lab, build, monk
     example = dataclasses.replace(
         lesson_named("levels"), name="example", label="Ex & ample", structures=("naive",),
         Settings=FrameSettings, film="frame", suits=any_structure,
-        play=lambda *_: Frames(2, [line, Picture("nothing")].__getitem__),
+        play=lambda *_: Frames(line, Picture("nothing")),
     )  # fmt: skip
     monkeypatch.setattr(pictures, "lessons_about", lambda structure: [example])
     built = Built(structure, 1.0)
