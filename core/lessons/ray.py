@@ -28,7 +28,8 @@ from ..settings import setting
 from .drawing import GREEN, GREY, ORANGE, RED, Lines, coloured, picture_of
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
-from .ray_path import Palette, Walk, event_text, segments_of
+from .ray_path import Palette, Walk, segments_of
+from .walk_in_words import event_text
 
 COLUMNS, ROWS = 32, 24
 """Rays of the lesson's own picture; one of them is stepped through."""

@@ -16,14 +16,8 @@ from accelscope.core.contract.events import (
     VISIT_LEAF,
 )
 from accelscope.core.geometry.rays import Rays
-from accelscope.core.lessons.ray_path import (
-    ON_DARK,
-    Walk,
-    event_text,
-    legend,
-    links_of,
-    segments_of,
-)
+from accelscope.core.lessons.ray_path import ON_DARK, Walk, links_of, segments_of
+from accelscope.core.lessons.walk_in_words import event_text, legend
 from accelscope.core.structures import structure_named
 from accelscope.sample_scenes import make_sample
 

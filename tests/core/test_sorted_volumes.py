@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from accelscope.core.contract.events import HIT, JUMP, SKIP, VISIT_LEAF, VOLUME_TEST
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
-from accelscope.core.lessons.ray_path import event_text
+from accelscope.core.lessons.walk_in_words import event_text
 from accelscope.core.scene import Scene
 
 

@@ -20,7 +20,7 @@ from accelscope.core.geometry.geometry import boxes_around
 from accelscope.core.geometry.instances import flattened, instanced, moved_points
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.geometry.triangles import all_triangles
-from accelscope.core.lessons import ray_path
+from accelscope.core.lessons import ray_path, walk_in_words
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structure_named
 
@@ -186,8 +186,8 @@ def test_a_walk_is_drawn_where_it_went(name, levels):
         assert len(segments) == len(colours)
         for event in range(0, len(steps), max(len(steps) // 10, 1)):
             ray_path.segments_of(walk, event)
-            assert ray_path.event_text(steps, event)
-            assert ray_path.legend(walk, event) is not None
+            assert walk_in_words.event_text(steps, event)
+            assert walk_in_words.legend(walk, event) is not None
 
 
 def test_a_walk_in_words():
@@ -196,13 +196,13 @@ def test_a_walk_in_words():
     corners, _ = flattened(scene.geometry)
     rays = Rays.from_arrays(corners[:1].mean(axis=1) - (0, 0, 50), [[0, 0, 1.0]])
     steps = structure.record(rays, 0)
-    texts = [ray_path.event_text(steps, event) for event in range(len(steps))]
+    texts = [walk_in_words.event_text(steps, event) for event in range(len(steps))]
     assert any(text.startswith("test instance ") and " in " not in text for text in texts)
     assert any(text.startswith("test instance ") and " in instance " in text for text in texts)
     assert any(text.startswith("test triangle ") and " in instance " in text for text in texts)
     hits, _ = structure.trace(rays)
     walk = ray_path.Walk(structure, structure.cells(), rays, 0, float(hits.t[0]), steps)
-    legend = [text for _, text in ray_path.legend(walk)]
+    legend = [text for _, text in walk_in_words.legend(walk)]
     assert any("instance" in text and "tested" in text for text in legend)
     assert any(text.endswith("in instances") for text in legend)
     tested = int(((steps.kind == TEST) & (steps.level == 2)).sum())

@@ -17,7 +17,8 @@ from accelscope.core.geometry.solids.description import (
 )
 from accelscope.core.geometry.solids.making import mixed_of
 from accelscope.core.geometry.triangles import all_triangles
-from accelscope.core.lessons.ray_path import Walk, event_text, legend, segments_of
+from accelscope.core.lessons.ray_path import Walk, segments_of
+from accelscope.core.lessons.walk_in_words import event_text, legend
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVH
 

@@ -21,7 +21,8 @@ from ...geometry.box_shape import surface_area
 from ...geometry.rays import Rays
 from ...geometry.triangles import Triangles
 from ...lessons import lessons_about
-from ...lessons.ray_path import ON_LIGHT, Walk, legend, links_of, segments_of
+from ...lessons.ray_path import ON_LIGHT, Walk, links_of, segments_of
+from ...lessons.walk_in_words import legend
 from ...printing import in_html, show_integer
 from ...settings import to_text
 from ..records.experiment import Built
