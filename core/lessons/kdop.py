@@ -138,8 +138,8 @@ LESSONS = (
         label="A k-DOP Hierarchy",
         slide="K-DOP hierarchy",
         begin="The same tree with four kinds of k-DOPs, level by level",
-        look_for="No direction more makes a volume looser: 26 has the least surface on every "
-        "level; 14 and 18 have different directions, and neither is always better",
+        look_for="A further direction never makes a volume looser: 26 has the least surface on "
+        "every level; 14 and 18 have different directions, and neither is always better",
         question="The 26-DOPs have the least surface on every level. Why does hardly any ray "
         "tracer use them?",
         answer="Their test takes 13 strips instead of 3, and a node 26 numbers instead of 6: B "

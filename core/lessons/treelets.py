@@ -254,14 +254,14 @@ LESSONS = (
         label="Treelet Restructuring",
         slide="Contemporary methods",
         begin="A few nodes are taken out of the tree and joined in a better way: the best there "
-        "is, by dynamic programming, or the next best by merging",
+        "is, or a good one found faster, pair by pair",
         look_for="The leaves and the root keep their boxes; the nodes between become smaller "
         "together",
         question="Of the optimiser treelet: seven leaves can be joined in 10 395 ways. How is the "
         "best one found quickly?",
-        answer="Of the optimiser treelet: by dynamic programming. The best tree over a set of "
-        "leaves is made of the best trees over two parts of it. There are only 127 sets of seven "
-        "leaves, and each is solved once",
+        answer="By dynamic programming: the best tree over a set of leaves is made of the best "
+        "trees over two parts of it. There are only 127 sets of seven leaves, and each is solved "
+        "once",
         source="structures.bvh.optimisers.treelet",
         sample="suzanne:subdivisions=1",
         structures=("bvh:builder=lbvh,optimise=treelet",),
