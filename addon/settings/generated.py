@@ -39,7 +39,7 @@ NAMES = {"bsp": "BSP Tree", "bvh": "BVH", "grid": "Uniform Grid", "kdtree": "kd-
 SMALL = "and", "of", "on", "or"
 """Words that titles do not capitalise."""
 
-ACRONYMS = "aabb", "fifo", "hlbvh", "lbvh", "obb", "ploc", "sah", "sbvh", "str"
+ACRONYMS = "aabb", "fifo", "hlbvh", "lbvh", "obb", "phr", "ploc", "sah", "sbvh", "str"
 """Words of choices that are written in capitals."""
 
 

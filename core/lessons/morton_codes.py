@@ -169,6 +169,15 @@ def in_triples(code: int, bits: int) -> str:
     return " ".join(text[i : i + 3] for i in range(0, len(text), 3))
 
 
+def takes_bits_in_turn(structure: Any) -> str:
+    """Accept trees whose codes interleave x, y and z, see :attr:`.Lesson.suits`."""
+    if reason := sorts_by_code(structure):
+        return reason
+    if structure.settings.morton_codes != "standard":
+        return "its codes do not have the bits of x, y and z in turn; take morton_codes=standard"
+    return ""
+
+
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Sort the triangles along the curve."""
     return MortonCodes(tree_of(subject), progress)
@@ -189,7 +198,7 @@ LESSONS = (
         source="structures.bvh.builders.morton.codes",
         sample="suzanne:subdivisions=1",
         structures=("bvh:builder=lbvh",),
-        suits=sorts_by_code,
+        suits=takes_bits_in_turn,
         Settings=Settings,
         play=play,
         film="bits",

@@ -68,7 +68,7 @@ def sorted_along(bvh: BVH, progress: Progress) -> Sorted:
     """
     boxes = bvh.scene.boxes()
     with Team(progress, "Sorting along the curve") as team:
-        codes, order = sort_by_code(boxes, int(bvh.settings.morton_bits), team)
+        codes, order = sort_by_code(boxes, bvh.settings, team)
     boxes = boxes[order]
     return Sorted(codes, order, 0.5 * (boxes[:, :3] + boxes[:, 3:]))
 
@@ -230,6 +230,8 @@ def has_intervals(structure: Any) -> str:
         return reason
     if structure.build_log.is_bottom_up:
         return "its nodes are clusters, not intervals of the codes; take lbvh or hlbvh"
+    if structure.settings.builder == "phr":
+        return "its nodes were divided by their cost, not by codes; take lbvh or hlbvh"
     return ""
 
 

@@ -78,7 +78,7 @@ class RadixSort(Play):
         self.scene, self.bits, self.count = bvh.scene, int(bvh.settings.morton_bits), len(bvh.scene)
         self.stride = -(-self.count // BARS)
         with Team(progress, "Sorting") as team:
-            codes = codes_of(self.scene.boxes(), self.bits, team)
+            codes = codes_of(self.scene.boxes(), bvh.settings, team)
             self.states = [codes[:: self.stride].copy()]
             self.states += [now[:: self.stride].copy() for now, _ in passes(codes, self.bits, team)]
         self.ends = {"done": len(self.states) - 1}
@@ -106,7 +106,7 @@ class RadixSort(Play):
         bars = Lines(ends.reshape(2, -1, 3).swapaxes(0, 1), opaque(ramp(lowest)))
         rows = [
             Row("Codes", str(self.count), "One for each triangle"),
-            Row("Bits", str(self.bits), "Of a code, 3 k"),
+            Row("Bits", str(self.bits), "Of a code"),
             Row("Digit", str(DIGIT), "Bits that one pass sorts by"),
             Row("Passes", f"{number} of {last}", "Each leaves equal digits in their order"),
         ]
@@ -129,7 +129,7 @@ class RadixSplit(Play):
         self.scene, self.bits = bvh.scene, int(bvh.settings.morton_bits)
         self.stride = -(-len(bvh.scene) // SPLIT_CODES)
         with Team(progress, "Computing codes") as team:
-            codes = codes_of(bvh.scene.boxes(), self.bits, team)[:: self.stride]
+            codes = codes_of(bvh.scene.boxes(), bvh.settings, team)[:: self.stride]
         self.orders, self.places = [codes], []
         for bit in range(self.bits):
             self.places.append(split(self.orders[-1], bit))

@@ -102,6 +102,7 @@ def test_a_record_has_the_keys_of_the_contract(evaluate):
     assert record["structure"]["settings"] == {
         "builder": "binned_sah", "axis": "best", "volume": "aabb", "arity": "2", "optimise": "none",
         "max_leaf_size": 4, "bins": 8, "radius": 14, "morton_bits": "63",
+        "morton_codes": "standard", "size_bits": 6, "cut_alpha": 0.5, "cut_delta": 6.0,
         "rtree_split": "quadratic", "duplication": 2.0, "batch": 0.05, "rounds": 3,
         "C_trav": 1.2, "C_isect": 1.0,
     }  # fmt: skip

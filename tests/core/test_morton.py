@@ -20,7 +20,7 @@ from accelscope.core.structures.bvh.builders.morton import radix_sort as radix
 from accelscope.core.structures.bvh.topology.tree import Primitives, make_splits, ranges_of
 from accelscope.sample_scenes import make_sample
 
-FAMILY = ("lbvh", "lbvh_parallel", "hlbvh", "ploc")
+FAMILY = ("lbvh", "lbvh_parallel", "hlbvh", "ploc", "phr")
 
 
 @pytest.fixture
@@ -50,8 +50,12 @@ def points(positions):
     return np.tile(np.asarray(positions, float), 2)
 
 
+def coded(bits, **more):
+    return morton.MortonSettings(morton_bits=str(bits), **more)
+
+
 def codes_with(positions, bits, team):
-    return morton.codes_of(points(positions), bits, team)
+    return morton.codes_of(points(positions), coded(bits), team)
 
 
 # ------------------------------------------------------------------------------------------ codes
@@ -98,7 +102,7 @@ def octants(k):
 @pytest.mark.parametrize("k", [1, 2, 3])
 def test_a_grid_is_in_recursive_octant_order(k, bits, team):
     positions = np.random.default_rng(k).permutation(lattice(k))
-    codes, order = morton.sort_by_code(points(positions * 0.1 + 7.0), bits, team)
+    codes, order = morton.sort_by_code(points(positions * 0.1 + 7.0), coded(bits), team)
     assert np.array_equal(positions[order], octants(k))
     assert (np.diff(codes) > 0).all()
 
@@ -199,7 +203,7 @@ def test_lbvh_is_the_tree_of_the_definition(lab, team, monkeypatch):
     for name, triangles in awkward(lab).items():
         for bits, subtree in (("30", 1 << 14), ("63", 16)):
             monkeypatch.setattr(lbvh, "SUBTREE", subtree)
-            codes, order = morton.sort_by_code(boxes_of(triangles), int(bits), team)
+            codes, order = morton.sort_by_code(boxes_of(triangles), coded(bits), team)
             grouping = grouping_of("lbvh", triangles, max_leaf_size=1, morton_bits=bits)
             assert np.array_equal(grouping.order, order), name
             assert intervals_of(grouping.tree) == intervals_by_definition(codes), name
@@ -233,7 +237,7 @@ def test_treelets_are_whole(lab, bits, team):
     """Each is an interval of the tree, and within it the tree is that of LBVH."""
     for name, triangles in awkward(lab).items():
         grouping = grouping_of("hlbvh", triangles, max_leaf_size=1, morton_bits=bits)
-        codes = morton.codes_of(boxes_of(triangles), int(bits), team)[grouping.order]
+        codes = morton.codes_of(boxes_of(triangles), coded(bits), team)[grouping.order]
         found = intervals_of(grouping.tree)
         cell = codes >> int(bits) - hlbvh.TREELET_BITS
         starts = np.flatnonzero(np.diff(cell, prepend=-1))

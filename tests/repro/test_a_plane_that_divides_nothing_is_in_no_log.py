@@ -14,7 +14,7 @@ from accelscope.core.structures.bvh.builders import BUILDERS
 from accelscope.core.structures.bvh.topology.tree import Primitives, ranges_of
 
 
-@pytest.mark.parametrize("builder", ["binned_sah", "parallel_sah", "spatial_median"])
+@pytest.mark.parametrize("builder", ["binned_sah", "parallel_sah", "spatial_median", "phr"])
 def test_planes_in_the_log_part_the_children(builder):
     # The smallest numbers there are: the half of an odd one is rounded.
     corners = 5e-324 * np.random.default_rng(4).integers(9, size=(60, 3, 3))

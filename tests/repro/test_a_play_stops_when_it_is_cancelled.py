@@ -18,8 +18,8 @@ from accelscope.sample_scenes import make_sample
 
 NAMES = (
     "sah", "cost_curve", "axis_choice", "sah_decision", "split_plane", "split_queues",
-    "data_parallel_split", "morton_codes", "morton_intervals", "radix_sort", "ploc", "rearranging",
-    "reinsertion", "treelets", "spatial_splits", "refit",
+    "data_parallel_split", "morton_codes", "morton_intervals", "radix_sort", "ploc", "phr",
+    "extended_codes", "rearranging", "reinsertion", "treelets", "spatial_splits", "refit",
 )  # fmt: skip
 
 

@@ -18,9 +18,9 @@ def test_bits_are_those_of_the_codes_that_were_sorted():
     corners = np.random.default_rng(3).random((98, 3, 3))
     corners[-1] += 1000.0
     scene = Scene.from_triangles(corners, "one far away")
-    with Team(SILENT, "testing") as team:
-        codes = codes_of(boxes_of(scene.triangles), 30, team)
     bvh = BVH.build(scene, BVH.Settings(builder="lbvh", morton_bits="30"), log=True)
+    with Team(SILENT, "testing") as team:
+        codes = codes_of(boxes_of(scene.triangles), bvh.settings, team)
     play = RadixSplit(bvh, SILENT)
     assert len(play.orders[0]) == 14
     for bit in range(30):

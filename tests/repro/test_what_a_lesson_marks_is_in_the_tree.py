@@ -15,8 +15,8 @@ from accelscope.sample_scenes import make_sample
 
 OF_THE_BUILDING = {
     "sah", "cost_curve", "axis_choice", "split_queues", "data_parallel_split", "reordering",
-    "morton_codes", "morton_intervals", "radix_sort", "radix_split", "ploc", "rearranging",
-    "reinsertion", "treelets", "rotations", "spatial_splits",
+    "morton_codes", "morton_intervals", "radix_sort", "radix_split", "ploc", "phr",
+    "rearranging", "reinsertion", "treelets", "rotations", "spatial_splits", "extended_codes",
 }  # fmt: skip
 
 
@@ -63,10 +63,11 @@ def test_nothing_of_the_building_is_shown_of_a_refitted_tree(scene, builder, opt
 
 def test_every_lesson_of_the_list_suits_some_tree(scene):
     shown = [
-        suiting(BVH.build(scene, BVH.Settings(builder=builder, optimise=optimise), log=True))
-        for builder, optimise in [
-            *((builder, "none") for builder in BUILDERS),
-            *(("lbvh", optimise) for optimise in ("reinsert", "treelet", "rotate")),
+        suiting(BVH.build(scene, BVH.Settings(**choices), log=True))
+        for choices in [
+            *({"builder": builder} for builder in BUILDERS),
+            *({"builder": "lbvh", "optimise": name} for name in ("reinsert", "treelet", "rotate")),
+            {"builder": "lbvh", "morton_codes": "extended"},
         ]
     ]
     assert set.union(*shown) == OF_THE_BUILDING

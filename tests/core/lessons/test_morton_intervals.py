@@ -12,21 +12,22 @@ from accelscope.core.lessons.morton_intervals import (
 )
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT
-from accelscope.core.structures.bvh.builders.morton.codes import sort_by_code
+from accelscope.core.structures.bvh.builders.morton.codes import MortonSettings, sort_by_code
 from accelscope.core.structures.bvh.topology.tree import ranges_of
 
 
 @pytest.mark.parametrize("builder", ["lbvh", "lbvh_parallel", "hlbvh"])
 @pytest.mark.parametrize("optimise", ["none", "rotate"])
+@pytest.mark.parametrize("kind", ["standard", "extended"])
 def test_the_levels_along_the_curve_are_those_of_the_tree(
-    muddle, build, read_charts, builder, optimise
+    muddle, build, read_charts, builder, optimise, kind
 ):
-    text = f"builder={builder}"
+    text = f"builder={builder},morton_codes={kind}"
     bvh = build("bvh", muddle, f"{text},optimise={optimise}", log=True)
     # What an optimiser gets has one triangle a leaf.
     tree = bvh if optimise == "none" else build("bvh", muddle, f"{text},max_leaf_size=1")
     with Team(SILENT, "testing") as team:
-        _, order = sort_by_code(boxes_of(muddle.triangles), 63, team)
+        _, order = sort_by_code(boxes_of(muddle.triangles), MortonSettings(morton_codes=kind), team)
     if builder != "hlbvh":
         assert np.array_equal(tree.triangles.ids, order)
     play = Intervals(bvh, bvh.build_log, SILENT)
@@ -67,6 +68,9 @@ def test_who_has_intervals(lab, build):
     ploc = build("bvh", scene, "builder=ploc", log=True)
     assert sorts_by_code(ploc) == ""
     assert "clusters" in has_intervals(ploc)
+    phr = build("bvh", scene, "builder=phr", log=True)
+    assert sorts_by_code(phr) == ""
+    assert "cost" in has_intervals(phr)
     assert "Morton" in has_intervals(build("bvh", scene, log=True))
     assert "log" in has_intervals(build("bvh", scene, "builder=lbvh"))
 

@@ -10,7 +10,7 @@ from accelscope.core.lessons.ploc import Clusters, Settings, was_clustered
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh.builders.bottom_up import ploc
-from accelscope.core.structures.bvh.builders.morton.codes import sort_by_code
+from accelscope.core.structures.bvh.builders.morton.codes import MortonSettings, sort_by_code
 from accelscope.core.structures.bvh.topology.tree import leaves_only
 
 
@@ -20,7 +20,7 @@ def test_the_clusters_shown_are_those_of_every_iteration(muddle, build, read_cha
     play = Clusters(bvh, bvh.build_log, SILENT)
     shots, boxes = play.shots, boxes_of(muddle.triangles)
     with Team(SILENT, "testing") as team:
-        _, order = sort_by_code(boxes, 63, team)
+        _, order = sort_by_code(boxes, MortonSettings(), team)
         tree = leaves_only(boxes[order])
         assert np.array_equal(shots[0].boxes, boxes[order])
         made = len(boxes)

@@ -20,7 +20,7 @@ def test_every_pass_sorts_by_one_digit_more(lab, play_lesson, read_charts, name)
     assert play.ends == {"done": 6}
     before = play.states[0]
     with Team(SILENT, "testing") as team:
-        codes = codes_of(played.scene.boxes(), 63, team)
+        codes = codes_of(played.scene.boxes(), bvh.settings, team)
     assert np.array_equal(before, codes[:: play.stride])
     for number, state in enumerate(play.states):
         low = np.sort(codes & (1 << min(11 * number, 63)) - 1)

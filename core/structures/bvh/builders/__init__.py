@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..topology.tree import Builder
 from .bottom_up import agglomerative, ploc
-from .morton import hlbvh, lbvh, lbvh_parallel
+from .morton import hlbvh, lbvh, lbvh_parallel, phr
 from .rtree import rtree_insert, rtree_str
 from .spatial import sbvh
 from .top_down import binned_sah, object_median, parallel_sah, spatial_median, sweep_sah
@@ -21,6 +21,7 @@ BUILDERS: dict[str, Builder] = {
     "lbvh": lbvh.BUILDER,
     "lbvh_parallel": lbvh_parallel.BUILDER,
     "hlbvh": hlbvh.BUILDER,
+    "phr": phr.BUILDER,
     "rtree_insert": rtree_insert.BUILDER,
     "rtree_str": rtree_str.BUILDER,
 }

@@ -241,7 +241,7 @@ def build_ploc(
         From `progress`.
     """
     with Team(progress, "Building bvh") as team:
-        _, order = sort_by_code(primitives.boxes, int(settings.morton_bits), team)
+        _, order = sort_by_code(primitives.boxes, settings, team)
         tree = leaves_only(primitives.boxes[order])
         counts = [len(order)]
         for clusters in iterations(tree, settings.radius, team):

@@ -32,7 +32,8 @@ from .codes import MortonSettings, sort_by_code
 from .lbvh import Intervals, complete, make_intervals, splits_by_codes
 
 TREELET_BITS = 15
-"""Leading bits that all codes of a treelet have in common: cells of a grid of 32 x 32 x 32."""
+"""Leading bits that all codes of a treelet have in common: cells of a grid of 32 x 32 x 32, or of
+extended codes as many others, two of whose bits are of sizes."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +170,7 @@ def build_hlbvh(
     """
     bits = int(settings.morton_bits)
     with Team(progress, "Building bvh") as team:
-        codes, order = sort_by_code(primitives.boxes, bits, team)
+        codes, order = sort_by_code(primitives.boxes, settings, team)
         starts = np.flatnonzero(np.diff(codes >> bits - TREELET_BITS, prepend=-1))
         sizes = np.diff(starts, append=len(codes))
         # A treelet has at most this many levels: the rest of the code, then bits of the index.
@@ -193,7 +194,7 @@ def build_hlbvh(
         return Grouping(tree, order)
 
     def told() -> BuildLog:
-        splits = splits_by_codes(tree, codes, primitives.boxes, bits)
+        splits = splits_by_codes(tree, codes, primitives.boxes, settings)
         between = begins[1:-1]  # treelets
         splits.axis[between], splits.position[between] = (
             top_splits.axis[1:],

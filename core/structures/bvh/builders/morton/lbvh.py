@@ -23,7 +23,7 @@ from .....contract.workspace import STACK_SIZE
 from .....geometry.box import area_of
 from .....kernels import call, inner, kernel, whole
 from .....parallel import Team
-from .....progress import Progress
+from .....progress import SILENT, Progress
 from ...topology.build_log import log_of_splits
 from ...topology.collapse import LeafRule, leaf_or_node
 from ...topology.tree import (
@@ -36,7 +36,7 @@ from ...topology.tree import (
     make_splits,
     ranges_of,
 )
-from .codes import MortonSettings, planes_between, sort_by_code
+from .codes import MortonSettings, coding_over, planes_between, sort_by_code
 
 SUBTREE = 1 << 13
 """References up to which a subtree is built by one thread alone, in memory that fits its cache."""
@@ -210,17 +210,19 @@ def build_lbvh(
         From `progress`.
     """
     with Team(progress, "Building bvh") as team:
-        codes, order = sort_by_code(primitives.boxes, int(settings.morton_bits), team)
+        codes, order = sort_by_code(primitives.boxes, settings, team)
         top = make_intervals(1)
         top.size[0] = len(codes)
         tree = complete(top, [], [0], codes, primitives.boxes, order, settings, team)
     if not log:
         return Grouping(tree, order)
-    boxes, bits = primitives.boxes, int(settings.morton_bits)
-    return Grouping(tree, order, log=lambda: log_of_codes(tree, codes, boxes, bits))
+    boxes = primitives.boxes
+    return Grouping(tree, order, log=lambda: log_of_codes(tree, codes, boxes, settings))
 
 
-def splits_by_codes(tree: Tree, codes: np.ndarray, boxes: np.ndarray, bits: int) -> Splits:
+def splits_by_codes(
+    tree: Tree, codes: np.ndarray, boxes: np.ndarray, settings: MortonSettings
+) -> Splits:
     """Return the splits of a tree whose nodes are intervals of sorted codes, (n,) int64.
 
     Parameters
@@ -232,16 +234,18 @@ def splits_by_codes(tree: Tree, codes: np.ndarray, boxes: np.ndarray, bits: int)
     inner = np.flatnonzero(tree.size == 0)
     begin, end, cuts = begin[inner], end[inner], begin[tree.first[inner] + 1]
     splits = make_splits(len(codes))
-    splits.axis[cuts], splits.position[cuts] = planes_between(
-        codes[begin], codes[end - 1], boxes, bits
-    )
+    with Team(SILENT, "Reading the codes") as team:
+        coding = coding_over(boxes, settings, team)
+    splits.axis[cuts], splits.position[cuts] = planes_between(codes[begin], codes[end - 1], coding)
     splits.counts[cuts, 0], splits.counts[cuts, 1] = cuts - begin, end - cuts
     return splits
 
 
-def log_of_codes(tree: Tree, codes: np.ndarray, boxes: np.ndarray, bits: int) -> BuildLog:
+def log_of_codes(
+    tree: Tree, codes: np.ndarray, boxes: np.ndarray, settings: MortonSettings
+) -> BuildLog:
     """Return the log of such a tree, a level a step."""
-    return log_of_splits(tree, splits_by_codes(tree, codes, boxes, bits), by_level=True)
+    return log_of_splits(tree, splits_by_codes(tree, codes, boxes, settings), by_level=True)
 
 
 def complete(

@@ -117,7 +117,7 @@ def build_lbvh_parallel(
         From `progress`.
     """
     with Team(progress, "Building bvh") as team:
-        codes, order = sort_by_code(primitives.boxes, int(settings.morton_bits), team)
+        codes, order = sort_by_code(primitives.boxes, settings, team)
         tree = leaves_only(primitives.boxes[order])
         team.run(lambda *block: call(link_nodes, tree, codes, *block), len(codes) - 1)
     # Counting who has arrived takes an operation that no other thread can interrupt. Compiled
@@ -130,11 +130,11 @@ def build_lbvh_parallel(
     collapsed, references = collapse(tree, rule)
     if not log:
         return Grouping(collapsed, order[references])
-    boxes, bits, codes_there = primitives.boxes, int(settings.morton_bits), codes[references]
+    boxes, codes_there = primitives.boxes, codes[references]
     return Grouping(
         collapsed,
         order[references],
-        log=lambda: log_of_codes(collapsed, codes_there, boxes, bits),
+        log=lambda: log_of_codes(collapsed, codes_there, boxes, settings),
     )
 
 
