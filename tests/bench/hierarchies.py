@@ -43,7 +43,7 @@ SECTIONS: dict[str, list[str]] = {
         "bvh",
         *(f"bvh:builder={builder},{PLAIN}" for builder in (
             "binned_sah", "binned_sah,bins=32", "sweep_sah", "ploc", "ploc,radius=6",
-            "ploc,radius=32", "hlbvh", "sbvh", "sbvh,duplication=1.2")),
+            "ploc,radius=32", "hlbvh", "phr", "sbvh", "sbvh,duplication=1.2")),
         *(f"bvh:builder={builder},optimise={optimise}"
           for builder in ("binned_sah", "sweep_sah", "ploc", "ploc,radius=6", "hlbvh", "sbvh")
           for optimise in ("reinsert_batches", "reinsert")),
@@ -54,6 +54,9 @@ SECTIONS: dict[str, list[str]] = {
         f"bvh:builder=binned_sah,{PLAIN}",
         *(f"bvh:builder={name},{PLAIN}" for name in choices("builder") if name != "binned_sah"),
         f"bvh:builder=rtree_insert,rtree_split=linear,{PLAIN}",
+        *(f"bvh:builder={name},morton_codes=extended,{PLAIN}"
+          for name in ("lbvh", "hlbvh", "ploc", "phr")),
+        f"bvh:builder=phr,cut_alpha=0.55,cut_delta=9,{PLAIN}",
     ],
     "optimisers": [
         f"bvh:builder={builder},optimise={optimise}"
