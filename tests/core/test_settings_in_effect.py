@@ -20,6 +20,9 @@ from accelscope.core.structures import structures
 SCENES = ("suzanne", "mess", "cubes")
 """Round; dwarfs beside a giant, where short Morton codes are the same; faces in walls of cells."""
 
+MORE_SCENES = {"size_bits": ["teapot_in_stadium"]}
+"""For settings that change nothing in those: large triangles around small ones."""
+
 FIELDS = [
     (name, field)
     for name, entry in structures().items()
@@ -85,7 +88,8 @@ def changes_something(lab, name, field, settings):
     for changed in ({}, fine, flush, fine | flush):
         base = dataclasses.replace(settings, **changed)
         others = [value for value in values_of(field) if value != getattr(base, field.name)]
-        for scene_name, value in itertools.product(SCENES, others):
+        scenes = [*MORE_SCENES.get(field.name, []), *SCENES]
+        for scene_name, value in itertools.product(scenes, others):
             other = dataclasses.replace(base, **{field.name: value})
             if outcome(lab, name, scene_name, base) != outcome(lab, name, scene_name, other):
                 return True
