@@ -168,8 +168,8 @@ LESSONS = (
         slide="Morton code based BVH tree",
         begin="A code has so many bits; extended codes spend them where cells are long, and on how "
         "large a triangle is",
-        look_for="A long scene is cut across its length first, and the seventh bit takes the large "
-        "triangles away from the small ones around them, whose boxes become small",
+        look_for="The first bits go to the long sides, here x and y alone, and the seventh takes "
+        "the large triangles away from the small ones around them, whose boxes become small",
         question="A bit of the size tells triangles apart that lie beside each other. How can that "
         "make boxes smaller?",
         answer="The box of a group is as large as its largest triangle makes it. One wall among a "

@@ -245,9 +245,9 @@ LESSONS = (
         slide="Contemporary methods",
         begin="Nodes are divided by cost, but between clusters: nodes of a tree that was built "
         "quickly by Morton codes",
-        look_for="The root is divided between some hundreds of clusters, however many triangles "
-        "there are; with each level large clusters are opened, so that below, too, there is "
-        "something to choose from",
+        look_for="The root is divided between a few hundred clusters, and a finer mesh has no more "
+        "of them; with each level large clusters are opened, so that below, too, there are some to "
+        "choose from",
         question="Why does the surface above which clusters are opened fall more slowly from level "
         "to level than the surface of nodes?",
         answer="So that cuts become shorter: most rays visit the upper nodes, where a good split "

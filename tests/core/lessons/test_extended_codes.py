@@ -51,9 +51,10 @@ def test_groups_are_the_triangles_whose_codes_begin_alike(lab, play_lesson, name
 def test_they_pay_in_the_sample(play_lesson):
     """As many bits, and fewer tests; the first ones are all of the long side."""
     played = play_lesson("extended_codes")
-    assert float(played.row("Tests, Extended", bits=14)) < float(
-        played.row("Tests, Standard", bits=14)
-    )
+    six, seven = (float(played.row("Tests, Extended", bits=bits)) for bits in (6, 7))
+    assert 10 * seven < six
+    assert 2 * seven < float(played.row("Tests, Standard", bits=7))
+    assert played.play.coded["Extended"].letters(6) == "x y x y x y"
     assert "orange" in played.picture(bits=7).caption
     assert "orange" not in played.picture(bits=6).caption
     assert [each.bits for each in played.play.on_page(played.lesson, Settings())] == [3, 6, 7, 14]

@@ -7,6 +7,7 @@ from accelscope.core.lessons.drawing import BLUE, ORANGE, RED
 from accelscope.core.lessons.phr import Refinement, Settings, was_refined
 from accelscope.core.progress import SILENT
 from accelscope.core.structures.bvh.topology.tree import ranges_of
+from accelscope.sample_scenes import make_sample
 
 
 def drawn_in(picture, colour):
@@ -51,6 +52,9 @@ def test_what_is_drawn_is_what_was_divided(muddle, build, text):
 
 def test_cuts_are_shorter_than_what_they_stand_for(play_lesson):
     played = play_lesson("phr")
+    finer = play_lesson("phr", make_sample("suzanne:subdivisions=3")).play.splits[0]
+    assert finer.triangles == 4 * played.play.splits[0].triangles
+    assert len(finer.left) + len(finer.right) < 250
     first, last = played.play.splits[0], played.play.splits[-1]
     assert 10 * (len(first.left) + len(first.right)) < first.triangles
     assert len(first.left) + len(first.right) > len(last.left) + len(last.right)
