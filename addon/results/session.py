@@ -114,7 +114,7 @@ class Session:
             return []
         look, structure = self.snapshot.look, self.built.structure
         # Lessons on a ray look at what it does, not at how that came about.
-        lacks_log = structure.build_log is None and not lesson.takes_ray
+        lacks_log = not structure.keeps_log and not lesson.takes_ray
         if lacks_log or lesson.suits(structure):
             return []
         scoped = extraction.objects_in_scope(context.view_layer, extraction.SELECTED)

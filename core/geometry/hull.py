@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernels import call, inner, kernel
+from ..progress import SILENT, Progress
 
 BEYOND = 1e-11
 """How far beyond a face, relative to the size of all, a point is outside."""
@@ -25,23 +26,34 @@ MOST_CORNERS = 8000
 """Of a hull. The farthest points come first: of a million on a sphere, what is missed then makes
 the area smaller by less than five in ten thousand."""
 
+POINTS_PER_CALL = 16
+"""Points taken in by one kernel call. The first of them share out all that are outside, of a
+million those within a tenth of a second; one of the last looks at every face, which is soon."""
+
+TEXT = "Finding the convex hull"
+
 NOBODY = -1
 
 
-def hull_area(points: np.ndarray) -> float:
+def hull_area(points: np.ndarray, progress: Progress = SILENT) -> float:
     """Return the surface area of the convex hull; of a flat one that of both of its sides.
 
     Parameters
     ----------
     points : (n, 3) float64
         At least one.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
-    corners = hull_faces(points)
+    corners = hull_faces(points, progress)
     sides = corners[:, 1:] - corners[:, :1]
     return float(0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum())
 
 
-def hull_faces(points: np.ndarray) -> np.ndarray:
+def hull_faces(points: np.ndarray, progress: Progress = SILENT) -> np.ndarray:
     """Return the faces of the convex hull as triangles, (k, 3, 3), counter-clockwise from outside.
 
     Of points in a plane both sides of their hull; none of points on a line.
@@ -49,6 +61,11 @@ def hull_faces(points: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     points : (n, 3) float64
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
     low = points.min(axis=0)
     size = float((points.max(axis=0) - low).max())
@@ -59,12 +76,12 @@ def hull_faces(points: np.ndarray) -> np.ndarray:
     if len(first) < 3:
         return np.empty((0, 3, 3))
     if len(first) == 4:
-        return low + size * relative[quickhull(relative, first)]
+        return low + size * relative[quickhull(relative, first, progress)]
     # Points in a plane: a tip beside it makes a pyramid, whose base is one of the sides.
     a, b, c = relative[first]
     normal = np.cross(b - a, c - a)
     tip = relative.mean(axis=0) + normal / np.linalg.norm(normal)
-    faces = quickhull(np.concatenate([relative, tip[None]]), [*first, len(relative)])
+    faces = quickhull(np.concatenate([relative, tip[None]]), [*first, len(relative)], progress)
     base = low + size * relative[faces[(faces < len(relative)).all(axis=1)]]
     return np.concatenate([base, base[:, ::-1]])
 
@@ -119,8 +136,14 @@ class Hull(NamedTuple):
     edges: np.ndarray
 
 
-def quickhull(points: np.ndarray, first: list[int]) -> np.ndarray:
-    """Return the faces, (k, 3) int64, of the hull of points that begins with four of them."""
+def quickhull(points: np.ndarray, first: list[int], progress: Progress = SILENT) -> np.ndarray:
+    """Return the faces, (k, 3) int64, of the hull of points that begins with four of them.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
     # A hull of c corners has 2 c - 4 faces, more only where rounding folds it.
     room = 2 * min(MOST_CORNERS, len(points)) + 64
     hull = Hull(
@@ -131,8 +154,13 @@ def quickhull(points: np.ndarray, first: list[int]) -> np.ndarray:
     a, b, c, d = first
     if np.cross(points[b] - points[a], points[c] - points[a]) @ (points[d] - points[a]) > 0.0:
         b, c = c, b
-    count = call(begin_hull, points, hull, a, b, c, d)
-    return hull.corners[: call(grow_hull, points, hull, count)]
+    progress.report(0, room, TEXT)
+    count, taken = call(begin_hull, points, hull, a, b, c, d), POINTS_PER_CALL
+    while taken == POINTS_PER_CALL:
+        progress.report(count, room, TEXT)
+        count, taken = call(grow_hull, points, hull, count, POINTS_PER_CALL)
+    progress.report(room, room, TEXT)
+    return hull.corners[:count]
 
 
 @inner
@@ -189,9 +217,13 @@ def begin_hull(points, hull, a, b, c, d):
 
 
 @kernel
-def grow_hull(points, hull, count):
-    """Take in the farthest point, again and again; return the number of faces."""
-    while count + 64 <= len(hull.corners):
+def grow_hull(points, hull, count, most):
+    """Take in the farthest point, `most` times at most.
+
+    Return how many faces there are, and how many points were taken in: fewer if it is the hull.
+    """
+    taken = 0
+    while taken < most and count + 64 <= len(hull.corners):
         face = 0
         for other in range(1, count):
             if hull.heights[other] > hull.heights[face]:
@@ -199,7 +231,8 @@ def grow_hull(points, hull, count):
         if not hull.heights[face] > 0.0:
             break
         count = take_in(points, hull, count, hull.farthest[face])
-    return count
+        taken += 1
+    return count, taken
 
 
 @inner

@@ -11,7 +11,7 @@ from ..contract.cells import Cells
 from ..contract.outlines import triangles_of, wires_of
 from ..geometry.combined import Intersection, Union, is_polyhedral
 from ..geometry.geometry import hulls_of
-from ..geometry.hull import hull_area, hull_faces
+from ..geometry.hull import TEXT, hull_area, hull_faces
 from ..geometry.icosphere import icosphere
 from ..geometry.kdop import DIRECTIONS
 from ..geometry.sphere import Spheres
@@ -40,17 +40,17 @@ def hull_surface(scene: Scene, progress: Progress = SILENT) -> float:
         From `progress`.
     """
     corners, _ = hulls_of(scene.geometry)
-    points, text = corners.reshape(-1, 3), "Finding the convex hull"
-    progress.report(0, len(DIRECTIONS[26]), text)
+    points = corners.reshape(-1, 3)
+    progress.report(0, len(DIRECTIONS[26]), TEXT)
     # A vertex comes once for each of its triangles: equal points have equal sums.
     sums = points[:, 0] + np.sqrt(2.0) * points[:, 1] + np.pi * points[:, 2]
     points = points[np.unique(sums, return_index=True)[1]]
     farthest = []
     for done, direction in enumerate(DIRECTIONS[26]):
-        progress.report(done, len(DIRECTIONS[26]), text)
+        progress.report(done, len(DIRECTIONS[26]), TEXT)
         along = points @ np.array(direction, dtype=np.float64)
         farthest += [int(along.argmin()), int(along.argmax())]
-    faces = hull_faces(points[np.unique(farthest)])
+    faces = hull_faces(points[np.unique(farthest)], progress)
     normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     proper = lengths > 0.0
@@ -59,10 +59,10 @@ def hull_surface(scene: Scene, progress: Progress = SILENT) -> float:
     for done, (face, normal) in enumerate(
         zip(faces[proper], normals[proper] / lengths[proper, None], strict=True)
     ):
-        progress.report(done, len(faces), text)
+        progress.report(done, len(faces), TEXT)
         is_outside |= points @ normal > face[0] @ normal - reach
-    progress.report(len(faces), len(faces), text)
-    return hull_area(points[is_outside])
+    progress.report(len(faces), len(faces), TEXT)
+    return hull_area(points[is_outside], progress)
 
 
 def edges_of(

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..colours import count_colours
+from ..errors import InputError
 from ..geometry.box_shape import box_segments
 from ..progress import Progress
 from ..settings import setting
@@ -66,17 +67,26 @@ class Building:
         were the leaves.
     """
 
-    def __init__(self, bvh: BVH) -> None:
+    def __init__(self, bvh: BVH, progress: Progress, text: str) -> None:
+        progress.report(0, 4, text)
         log = bvh.build_log
         assert log is not None
+        if log.is_rearranged:
+            raise InputError(
+                f"the tree of {bvh.settings.builder} was too deep over this scene and was balanced "
+                "after it was built; take a scene with fewer triangles in one place"
+            )
+        progress.report(1, 4, text)
         self.bvh, self.boxes = bvh, bvh.arrays.volumes.boxes()
         self.made, self.replaced = log.steps(bvh.parents())
+        progress.report(2, 4, text)
         begin, end = ranges_of(bvh.arrays.first, bvh.arrays.size, bvh.width())
         self.count, self.last = end - begin, log.last_step
         # Those with the most objects first; of equals some here and there.
         chance = np.random.default_rng(1).random(len(self.count))
         self._order = np.lexsort([chance, -self.count])
         self._made, self._replaced = self.made[self._order], self.replaced[self._order]
+        progress.report(3, 4, text)
         tests = bvh.areas * self.count / (float(bvh.areas[0]) or 1.0)
         self.boxes_at, self.tests_at = self.there(np.ones(len(tests))), self.there(tests)
         self.cost = float(bvh.efficiency().expected[0])
@@ -108,9 +118,8 @@ class Construction(Play):
         self.scene = subject.scene
         self.buildings: dict[str, Building] = {}
         for name, structure in zip(BUILDERS, subject.structures, strict=True):
-            progress.report(len(self.buildings), len(BUILDERS), "Reading the logs")
             assert isinstance(structure, BVH)
-            self.buildings[name] = Building(structure)
+            self.buildings[name] = Building(structure, progress, f"Reading the log, {name.lower()}")
         self.body = items_in(self.scene, np.arange(len(self.scene)), GREY, 0.3, most=MOST_ITEMS)
 
     def picture(self, settings: Settings) -> Picture:
@@ -161,7 +170,8 @@ def keeps_a_log(structure: Any) -> str:
     """Accept hierarchies that say how they were built, see :attr:`.lesson.Lesson.suits`."""
     if reason := is_tree(structure) or has_log(structure):
         return reason
-    if structure.build_log.is_rearranged:
+    done = structure.rearrangement
+    if done is not None and done.made and structure.figures["optimise_pays"]:
         return "its tree was rearranged after it was built"
     return ""
 

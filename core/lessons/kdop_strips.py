@@ -84,8 +84,11 @@ class Strips(Play):
         corners, _ = hulls_of(scene.geometry)
         points = corners.reshape(-1, 3)
         self.hull = hull_surface(scene, progress)
-        along = [points @ normal for normal in self.normals]
-        self.touched = [points[[each.argmin(), each.argmax()]] for each in along]
+        self.touched = []
+        for done, normal in enumerate(self.normals):
+            progress.report(done, len(self.normals), "Looking for what the planes touch")
+            along = points @ normal
+            self.touched.append(points[[along.argmin(), along.argmax()]])
         self.ends = {"frame": STEPS * len(self.normals)}
         surface_of(self.left(1))  # compiled here, not in a picture
 

@@ -228,7 +228,7 @@ def has_intervals(structure: Any) -> str:
     """Accept trees that were divided along the curve, see :attr:`.Lesson.suits`."""
     if reason := sorts_by_code(structure):
         return reason
-    if structure.build_log.is_bottom_up:
+    if structure.settings.builder == "ploc":
         return "its nodes are clusters, not intervals of the codes; take lbvh or hlbvh"
     if structure.settings.builder == "phr":
         return "its nodes were divided by their cost, not by codes; take lbvh or hlbvh"

@@ -66,6 +66,7 @@ def replayed(
             "more triangles, or another builder"
         )
     replay = Replay(log, bvh.reference_boxes())
+    progress.report(0, 1, TEXT)
     greatest = np.argsort(-replay.gains, kind="stable")[:MOST_MOVES]
     found = {}
     for number in np.sort(greatest).tolist():

@@ -92,6 +92,7 @@ class Course:
         if not moves_made(log):
             return
         replay = Replay(log, bvh.reference_boxes())
+        progress.report(0, 1, TEXT)
         steps = steps_of_moves(log, replay)
         self.moves += np.bincount(steps, minlength=n_steps + 1)
         for step in range(1, n_steps + 1):
@@ -164,9 +165,10 @@ def suits(structure: Any) -> str:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Read the costs, and make the moves again."""
-    courses = []
+    courses: list[Course] = []
     for bvh in subject.structures:
         assert isinstance(bvh, BVH)
+        progress.report(len(courses), len(subject.structures), "Reading the log")
         assert bvh.build_log is not None
         courses.append(Course(bvh, bvh.build_log, progress))
     return Rearranging(subject.scene, courses)

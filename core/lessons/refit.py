@@ -11,7 +11,7 @@ otherwise the mesh is deformed here, frame by frame. Boxes and costs are those o
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -113,7 +113,11 @@ def history_of(
     for number, scene in frames:
         refitted = original.refitted(scene, progress)
         rebuilt = type(original).build(scene, original.settings, progress)
-        costs = refitted.statistics(progress).sah, rebuilt.statistics(progress).sah
+        progress.report(0, 3, "Comparing both trees")
+        costs = [refitted.statistics(progress).sah]
+        progress.report(1, 3, "Comparing both trees")
+        costs.append(rebuilt.statistics(progress).sah)
+        progress.report(2, 3, "Comparing both trees")
         history.append(moment_of(number, refitted, rebuilt, *costs))
     return history
 
@@ -232,11 +236,13 @@ def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
         return Refit(subject.history)
     scene = subject.scene
     shares = np.linspace(0.0, 1.0, FRAMES)
-    frames = (
-        (number, deformed(scene, settings.deformation, share))
-        for number, share in enumerate(shares.tolist())
-    )
-    return Refit(history_of(frames, subject.structures[0], progress))
+
+    def frames() -> Iterator[tuple[int, Scene]]:
+        for number, share in enumerate(shares.tolist()):
+            progress.report(number, FRAMES, "Deforming the scene")
+            yield number, deformed(scene, settings.deformation, share)
+
+    return Refit(history_of(frames(), subject.structures[0], progress))
 
 
 LESSONS = (

@@ -64,7 +64,7 @@ class Measurement:
         scene = scene.flat()
         self.scene, self.settings, self.progress = scene, settings, progress
         self.ball = ball = Ball.around(scene.lower, scene.upper, settings.spread)
-        self.hull = hull_area(scene.triangles.reshape(-1, 3))
+        self.hull = hull_area(scene.triangles.reshape(-1, 3), progress)
         self.structure = BVH.build(scene, BVH.Settings(), progress)
         self.triangles = scene.items()
         self.rays = random_lines_through(ball, settings.lines, settings.seed)

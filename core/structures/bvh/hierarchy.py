@@ -292,23 +292,26 @@ class BVH(Structure):
         the others as boxes around them: a million 26-DOPs would take three gigabytes.
         """
         text = "Listing the nodes"
-        progress.report(0, 4, text)
+        progress.report(0, 7, text)
         volumes, count, depth = self.arrays.volumes, self.arrays.size, self.depths()
         boxes, is_leaf = volumes.boxes(), count > 0
-        progress.report(1, 4, text)
+        progress.report(1, 7, text)
         self.measured_areas(progress)
         efficiency = self.efficiency()
         extra = {"gain": efficiency.gain, "expected_gain": efficiency.expected_gain}
-        progress.report(2, 4, text)
+        progress.report(2, 7, text)
         extra["overlap"] = self.overlap()
-        progress.report(3, 4, text)
+        progress.report(3, 7, text)
         parent, planes, replaced = self.parents(), None, None
         if (log := self.build_log) is not None:
+            progress.report(4, 7, text)
             extra["order"], replaced = log.steps(parent)
             if log.has_planes():
+                progress.report(5, 7, text)
                 planes = log.planes(boxes)
                 if isinstance(self.arrays, Binary):
                     extra |= splits_of_nodes(log, len(boxes))
+        progress.report(6, 7, text)
         if isinstance(volumes, Boxes):
             return Cells.sorted_by_depth(
                 boxes, depth, is_leaf, count, extra,
