@@ -17,7 +17,7 @@ from ..core.contract.steps import Steps
 from ..core.contract.structure import Structure
 from ..core.contract.within import cells_with_instances
 from ..core.errors import InputError
-from ..core.evaluation.rays.workloads import Workload, workload_named
+from ..core.evaluation.rays.workloads import Workload, ray_order, workload_named
 from ..core.evaluation.records import experiment, report
 from ..core.evaluation.records.experiment import Built, Traced
 from ..core.geometry.geometry import EVERY_OBJECT
@@ -193,9 +193,8 @@ def trace(
         For a name or a setting that there is not.
     """
     if isinstance(through, Rays):
-        if settings:
-            raise InputError("rays of your own have no settings")
-        return experiment.trace_rays(built, OwnRays, NoSettings(), through, threads)
+        chosen = _settings_of(OwnRaysSettings, {}, settings, "rays of your own")
+        return experiment.trace_rays(built, OwnRays, chosen, through, threads)
     name, texts = parse_spec(through)
     workload = workload_named(name)
     chosen = _settings_of(workload.Settings, texts, settings, f"rays {name}")
@@ -248,8 +247,10 @@ def table(*records: dict[str, Any]) -> str:
 
 
 @dataclasses.dataclass(frozen=True)
-class NoSettings:
-    """None."""
+class OwnRaysSettings:
+    """Settings of rays that a script has made."""
+
+    order: str = ray_order()
 
 
 class OwnRays(Workload):
@@ -258,7 +259,7 @@ class OwnRays(Workload):
     name = "own"
     label = "Own"
     summary = "Rays of a script"
-    Settings = NoSettings
+    Settings = OwnRaysSettings
 
     @staticmethod
     def refuse_impossible(settings: Any) -> None:

@@ -31,6 +31,7 @@ from ..geometry.rays import RayArrays
 from ..progress import SILENT, Progress
 from ..settings import setting
 from .figures import Figure
+from .ray_order import taken
 from .steps import Steps
 from .structure import Made, Structure
 from .walk import MISSING
@@ -120,31 +121,39 @@ class LazyStructure(Structure):
 
     def _recorded(self, arrays: Any) -> Steps:
         """Record the walk of one ray, or cone, once the cells that it enters are there."""
-        self._trace_all(arrays, 1, SILENT)
+        self._trace_all(arrays, None, 1, SILENT)
         return super()._recorded(arrays)
 
     def _trace_all(
-        self, rays: RayArrays | ConeArrays, threads: int, progress: Progress
+        self,
+        rays: RayArrays | ConeArrays,
+        order: np.ndarray | None,
+        threads: int,
+        progress: Progress,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Trace rays, make what they miss, and trace those again, until none misses anything."""
-        return self._trace_looking(1, rays, threads, progress)
+        return self._trace_looking(1, rays, order, threads, progress)
 
     def _trace_looking(
-        self, look_ahead: int, rays: RayArrays | ConeArrays, threads: int, progress: Progress
+        self,
+        look_ahead: int,
+        rays: RayArrays | ConeArrays,
+        order: np.ndarray | None,
+        threads: int,
+        progress: Progress,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Do the same with walks that go on for some missing cells."""
         arrays, wanted = self.seeking(look_ahead)
-        out = self._trace_through(arrays, rays, threads, progress)
-        waiting = np.flatnonzero(out[1] == MISSING)
+        out = self._trace_through(arrays, rays, order, threads, progress)
+        is_waiting = out[1] == MISSING
+        waiting = np.flatnonzero(is_waiting) if order is None else order[is_waiting[order]]
         if len(waiting):
             if not wanted.any():
                 raise RuntimeError(f"{self.name}: rays miss cells and name none; please report it")
             self._make(wanted, threads, progress)
             # In workspaces of its own: mailboxes that know of the last pass would lose hits.
-            left = rays
-            if len(waiting) < len(out[0]):
-                left = RayArrays(*(column[waiting] for column in rays))
-            traced = self._trace_looking(2 * look_ahead, left, threads, progress)
+            left = taken(rays, waiting)
+            traced = self._trace_looking(2 * look_ahead, left, None, threads, progress)
             for all_rays, some in zip(out, traced, strict=True):
                 all_rays[waiting] = some
         return out

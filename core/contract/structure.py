@@ -32,9 +32,10 @@ from ..scene import Scene
 from .build_log import BuildLog
 from .cells import Cells
 from .counters import Counter, Counts, counters_within
-from .events import COUNTS, N_EVENTS, TEST, Log, make_log
+from .events import COUNTS, N_EVENTS, TEST, Log, NoLog, make_log, no_log
 from .figures import Figure
 from .needs import EVERY_CLASS, GEOMETRY, refuse_other_classes
+from .ray_order import AUTOMATIC, order_of, taken
 from .statistics import Statistics
 from .steps import Steps
 from .walk import NOWHERE, walk
@@ -85,11 +86,19 @@ class Hits:
 
 
 @kernel
-def trace_range(structure, geometry, rays, first, last, workspace, log, t, primitive, counters):
-    """Trace the rays ``first <= i < last`` and write their hits and counters."""
+def trace_range(
+    structure, geometry, rays, first, last, before, workspace, log, t, primitive, counters
+):  # fmt: skip
+    """Trace the rays ``first <= i < last`` and write their hits and counters.
+
+    Parameters
+    ----------
+    before : int
+        Rays that were traced before, in this workspace or others.
+    """
     for i in range(first, last):
         ray = make_probe(rays, i, geometry.reach)
-        found = walk(structure, geometry, ray, i, workspace, log)
+        found = walk(structure, geometry, ray, before + i, workspace, log)
         t[i] = found.t
         primitive[i] = found.primitive
         own = len(found.counts)
@@ -295,6 +304,7 @@ class Structure(abc.ABC):
         query: int | None = None,
         *,
         threads: int = 0,
+        ray_order: str = AUTOMATIC,
         progress: Progress = SILENT,
     ) -> tuple[Hits, Counts]:
         """Trace a batch of rays.
@@ -305,6 +315,8 @@ class Structure(abc.ABC):
             For all rays; without it every ray's own.
         threads : int
             0 takes every core.
+        ray_order : {"automatic", "as_given", "sorted"}
+            In which order rays are traced, see :mod:`.ray_order`. Results are the same.
 
         Raises
         ------
@@ -330,33 +342,57 @@ class Structure(abc.ABC):
         arrays = rays.arrays()
         if query is not None:
             arrays = arrays._replace(queries=np.full(count, query, dtype=np.uint8))
-        t, primitive, counters = self._trace_all(arrays, threads, progress)
+        box = np.concatenate([self.scene.lower, self.scene.upper])
+        order = order_of(arrays, box, len(self.scene), ray_order, threads, progress)
+        t, primitive, counters = self._trace_all(arrays, order, threads, progress)
         self._complain_of_lost(primitive)
         return Hits(t, primitive), Counts(self.counters, counters)
 
     def _trace_all(
-        self, rays: RayArrays | ConeArrays, threads: int, progress: Progress
+        self,
+        rays: RayArrays | ConeArrays,
+        order: np.ndarray | None,
+        threads: int,
+        progress: Progress,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Trace rays in threads; return t, primitives and counters of each."""
-        return self._trace_through(self.arrays, rays, threads, progress)
+        """Trace rays in an order, in threads; return t, primitives and counters of each."""
+        return self._trace_through(self.arrays, rays, order, threads, progress)
 
     def _trace_through(
-        self, arrays: Any, rays: RayArrays | ConeArrays, threads: int, progress: Progress
+        self,
+        arrays: Any,
+        rays: RayArrays | ConeArrays,
+        order: np.ndarray | None,
+        threads: int,
+        progress: Progress,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Trace rays through the structure as it stands in `arrays`."""
         count = len(next(arrays_in(rays)))
-        out: tuple[np.ndarray, np.ndarray, np.ndarray] = (
-            np.empty(count), np.empty(count, self._number_type),
-            np.empty((count, len(self.counters)), np.int32),
-        )  # fmt: skip
+        out = self._room_for(count)
         spare = Spare(self._deep_workspace)
 
         def trace_chunk(first: int, last: int) -> None:
             with spare.lent() as workspace:
-                self._trace(arrays, rays, first, last, workspace, make_log(0), *out)
+                if order is None:
+                    self._trace(arrays, rays, first, last, 0, workspace, no_log(), *out)
+                    return
+                numbers, size = order[first:last], last - first
+                found = self._room_for(size)
+                self._trace(
+                    arrays, taken(rays, numbers), 0, size, first, workspace, no_log(), *found
+                )
+            # Written one after the other, and then put in their places: a walk that writes far and
+            # wide waits for it.
+            for column, values in zip(out, found, strict=True):
+                column[numbers] = values
 
         for_chunks(trace_chunk, count, threads, progress, f"Tracing {self.name}")
         return out
+
+    def _room_for(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return room for t, primitives and counters of so many rays."""
+        counters = np.empty((count, len(self.counters)), np.int32)
+        return np.empty(count), np.empty(count, self._number_type), counters
 
     def record(self, rays: Rays, index: int, query: int | None = None) -> Steps:
         """Record the walk of one ray of a batch, with the same kernel that counts.
@@ -406,25 +442,22 @@ class Structure(abc.ABC):
 
     def _recorded(self, arrays: Any) -> Steps:
         """Return the steps of a batch of one."""
-        out: tuple[np.ndarray, ...] = (
-            np.empty(1), np.empty(1, self._number_type),
-            np.empty((1, len(self.counters)), np.int32),
-        )  # fmt: skip
+        out = self._room_for(1)
         capacity = 1024
         while True:
             log = make_log(capacity)
-            self._trace(self.arrays, arrays, 0, 1, self._deep_workspace(), log, *out)
+            self._trace(self.arrays, arrays, 0, 1, 0, self._deep_workspace(), log, *out)
             self._complain_of_lost(out[1])
             if log.written[N_EVENTS] <= capacity:
                 return Steps.from_log(log, self.counters)
             capacity = int(log.written[N_EVENTS])
 
     def _trace(
-        self, arrays: Any, rays: RayArrays | ConeArrays, first: int, last: int,
-        workspace: Workspace, log: Log, *out: Any,
+        self, arrays: Any, rays: RayArrays | ConeArrays, first: int, last: int, before: int,
+        workspace: Workspace, log: Log | NoLog, *out: Any,
     ) -> None:  # fmt: skip
         """Run the driver over a range of rays."""
-        call(trace_range, arrays, self.geometry, rays, first, last, workspace, log, *out)
+        call(trace_range, arrays, self.geometry, rays, first, last, before, workspace, log, *out)
 
     def _complain_of_lost(self, primitive: np.ndarray) -> None:
         """Raise RuntimeError if a walk has lost its way."""

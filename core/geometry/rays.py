@@ -47,8 +47,7 @@ class Rays:
 
     Attributes
     ----------
-    origins, directions, inverse : (n, 3) float64
-        `inverse` is ``1 / directions`` with IEEE infinities.
+    origins, directions : (n, 3) float64
     t_min, t_max : (n,) float64
     queries : (n,) uint8
         CLOSEST, ANY or ALL.
@@ -69,7 +68,6 @@ class Rays:
 
     origins: np.ndarray
     directions: np.ndarray
-    inverse: np.ndarray
     t_min: np.ndarray
     t_max: np.ndarray
     queries: np.ndarray
@@ -136,13 +134,11 @@ class Rays:
         times = column("time", times, np.float64, count)
         if not ((times >= 0) & (times <= 1)).all():
             raise InputError("the time of a ray must be between 0 and 1")
-        with np.errstate(divide="ignore", over="ignore"):
-            inverse = 1.0 / directions
         classes = column("class", classes, np.uint8, count)
         if int(classes.max()) >= len(class_names):
             raise InputError(f"rays are of class {classes.max()}, which has no name")
         return cls(
-            origins, directions, inverse, t_min, t_max, column("query", queries, np.uint8, count),
+            origins, directions, t_min, t_max, column("query", queries, np.uint8, count),
             classes, class_names,
             column("source", sources, np.int32, count),
             column("target", targets, np.int32, count),
@@ -157,14 +153,14 @@ class Rays:
     def arrays(self) -> RayArrays:
         """Return what the kernels need."""
         return RayArrays(
-            self.origins, self.directions, self.inverse, self.t_min, self.t_max, self.queries,
-            self.times, self.masks,
+            self.origins, self.directions, self.t_min, self.t_max, self.queries, self.times,
+            self.masks,
         )  # fmt: skip
 
     def select(self, which: np.ndarray) -> Rays:
         """Return the rays at the indices `which`, or where the mask `which` is True."""
         return Rays(
-            self.origins[which], self.directions[which], self.inverse[which],
+            self.origins[which], self.directions[which],
             self.t_min[which], self.t_max[which], self.queries[which],
             self.classes[which], self.class_names, self.sources[which], self.targets[which],
             self.times[which], self.masks[which], self.pixels[which],
@@ -204,7 +200,6 @@ class RayArrays(NamedTuple):
 
     origins: np.ndarray
     directions: np.ndarray
-    inverse: np.ndarray
     t_min: np.ndarray
     t_max: np.ndarray
     queries: np.ndarray
@@ -268,9 +263,9 @@ def make_probe(batch, index, reach):
 @implements(make_probe, RayArrays)
 def make_ray(rays, index, reach):
     """Return ray number `index` of the batch; `reach` is the scene's largest |coordinate|, (3,)."""
-    o, d, inverse = rays.origins[index], rays.directions[index], rays.inverse[index]
+    o, d = rays.origins[index], rays.directions[index]
     return ray_along(
-        o[0], o[1], o[2], d[0], d[1], d[2], inverse[0], inverse[1], inverse[2], reach,
+        o[0], o[1], o[2], d[0], d[1], d[2], 1.0 / d[0], 1.0 / d[1], 1.0 / d[2], reach,
         rays.t_min[index], rays.t_max[index], rays.queries[index], rays.times[index],
         rays.masks[index],
     )  # fmt: skip

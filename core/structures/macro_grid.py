@@ -280,7 +280,7 @@ def found_with_regions(best, visited, empty, skipped):
     return Found(best.t, best.primitive, counts)
 
 
-@implements(walk, MacroGridArrays)
+@implements(walk, MacroGridArrays, inline=True)
 def walk_macro_grid(structure, geometry, ray, number, workspace, log):
     """Step from region to region; a cell with triangles is a region of its own."""
     best, visited, empty, skipped = NOTHING, 0, 0, 0

@@ -39,7 +39,7 @@ class NaiveArrays(NamedTuple):
     box: np.ndarray
 
 
-@implements(walk, NaiveArrays)
+@implements(walk, NaiveArrays, inline=True)
 def walk_naive(structure, geometry, ray, number, workspace, log):
     """Test every triangle; the scene is one leaf."""
     note(log, VISIT_LEAF, 0, NONE, ray.t_min, ray.t_max)

@@ -24,6 +24,7 @@ from ..contract.counters import Counter, Counts
 from ..contract.figures import MAX_DEPTH, N_EV, N_IN, N_OIV, N_V, SAH, Figure
 from ..contract.joined_cells import join_cells
 from ..contract.needs import refuse_other_classes
+from ..contract.ray_order import AUTOMATIC
 from ..contract.statistics import Statistics
 from ..contract.steps import Steps
 from ..contract.structure import Hits, Made, Structure
@@ -210,6 +211,7 @@ class Routed(Structure):
         query: int | None = None,
         *,
         threads: int = 0,
+        ray_order: str = AUTOMATIC,
         progress: Progress = SILENT,
     ) -> tuple[Hits, Counts]:
         """Trace the rays of each part through it; see :meth:`Structure.trace`."""
@@ -224,7 +226,9 @@ class Routed(Structure):
         columns = {each.name: column for column, each in enumerate(self.counters)}
         for k, which in batches:
             own = rays if len(which) == len(rays) else rays.select(which)
-            found, counted = self.parts[k].trace(own, query, threads=threads, progress=progress)
+            found, counted = self.parts[k].trace(
+                own, query, threads=threads, ray_order=ray_order, progress=progress
+            )
             hits.t[which], hits.primitive[which] = found.t, found.primitive
             for each, values in zip(counted.counters, counted.values.T, strict=True):
                 counts[which, columns[each.name]] = values

@@ -114,7 +114,7 @@ def remove_first(cells, enters, size):
         i, below = below, 2 * below + 1
 
 
-@implements(walk, VolumeList)
+@implements(walk, VolumeList, inline=True)
 def walk_sorted(structure, geometry, ray, number, workspace, log):
     """Test all volumes, then objects in the order in which the ray enters them.
 

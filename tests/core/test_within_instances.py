@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from accelscope.addon.interface import NoSettings, OwnRays
+from accelscope.addon.interface import OwnRays, OwnRaysSettings
 from accelscope.core.contract.events import HIT, TEST, VISIT_INNER, VISIT_LEAF
 from accelscope.core.contract.outlines import DASHES, faces_of, wires_of
 from accelscope.core.contract.within import (
@@ -213,7 +213,7 @@ def test_figures_say_what_is_tested_on_which_level():
     scene = muddle(2)
     structure = Built(built(scene), 0.0)
     rays = Rays.from_arrays(np.zeros((3, 3)), np.ones((3, 3)))
-    record = make_record(structure, trace_rays(structure, OwnRays, NoSettings(), rays))
+    record = make_record(structure, trace_rays(structure, OwnRays, OwnRaysSettings(), rays))
     labels = {label for section, label, _ in figures(record) if section == "Per ray"}
     tests = {label for label in labels if label.startswith("N_IT")}
     first, second = "N_IT instance tests", "N_IT triangle tests"
@@ -223,6 +223,6 @@ def test_figures_say_what_is_tested_on_which_level():
     assert said.count("triangle tests") == 1
     assert ("Scene", "Instances", "5") in figures(record)
     flat = Built(built(scene.flat()), 0.0)
-    record = make_record(flat, trace_rays(flat, OwnRays, NoSettings(), rays))
+    record = make_record(flat, trace_rays(flat, OwnRays, OwnRaysSettings(), rays))
     assert "instance" not in counters_in_words(record)
     assert not any("nstance" in label for _, label, _ in figures(record))

@@ -16,6 +16,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...contract.ray_order import AUTOMATIC, CHOICES
 from ...contract.structure import Hits
 from ...errors import InputError, naming
 from ...geometry.rays import Rays
@@ -38,7 +39,7 @@ class Workload(ABC):
     ----------
     name, label, summary : str
     Settings : type
-        The settings dataclass.
+        The settings dataclass; one of them is ``order``, see :func:`ray_order`.
     """
 
     name: ClassVar[str]
@@ -80,6 +81,16 @@ class Workload(ABC):
     def used(scene: Scene, settings: Any) -> dict[str, Any]:
         """Return what of the scene the rays start from, as JSON takes it, for the record."""
         return {}
+
+
+def ray_order() -> Any:
+    """Declare in which order the rays of a batch are traced."""
+    return setting(
+        AUTOMATIC,
+        "Order",
+        "In which order rays are traced; what they hit and count is the same",
+        choices=CHOICES,
+    )
 
 
 # --------------------------------------------------------------------------------------- camera
@@ -130,6 +141,7 @@ class CameraSettings:
         "Shadow Rays",
         "From every hit, one ray to each light that shines on its face: point, sun, spot, area",
     )
+    order: str = ray_order()
 
 
 class CameraWorkload(Workload):
@@ -225,6 +237,7 @@ class RandomLinesSettings:
 
     count: int = setting(100_000, "Count", "How many lines", unit="rays", minimum=1)
     seed: int = setting(1, "Seed", "Start of the random numbers", minimum=0)
+    order: str = ray_order()
 
 
 class RandomLinesWorkload(Workload):
@@ -269,6 +282,7 @@ class FileSettings:
         "An .npz with origins (n, 3), directions (n, 3) and optionally t_min, t_max, query, "
         "ray_class, source, target, time, mask, pixel (n each): what --hits writes",
     )
+    order: str = ray_order()
 
 
 class FileWorkload(Workload):

@@ -23,6 +23,7 @@ import numpy as np
 
 from ...contract.counters import Counts
 from ...contract.figures import of_keys
+from ...contract.ray_order import SORTED
 from ...contract.structure import Hits, Made, Structure
 from ...errors import InputError
 from ...geometry.instances import Instanced, instanced, levels_of_mesh, primitives_in, stored_in
@@ -135,7 +136,7 @@ def warm_up(
     refusing = contextlib.nullcontext() if is_triangles(tiny) else contextlib.suppress(InputError)
     with announcing(progress, structure_type.name), refusing:
         structure = structure_type.build(tiny, structure_type.Settings(**choices))
-        structure.trace(rays, ALL, threads=1)
+        structure.trace(rays, ALL, threads=1, ray_order=SORTED)
 
 
 def is_triangles(scene: Scene) -> bool:
@@ -204,7 +205,9 @@ def trace_rays(
     with contextlib.suppress(StopIteration):
         while True:
             start = time.perf_counter()
-            hit, counted = built.structure.trace(batches[-1], threads=threads, progress=progress)
+            hit, counted = built.structure.trace(
+                batches[-1], threads=threads, ray_order=settings.order, progress=progress
+            )
             seconds += time.perf_counter() - start
             hits.append(hit)
             counts.append(counted.values)

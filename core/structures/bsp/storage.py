@@ -173,7 +173,7 @@ def find_leaf(tree, frame, log, entry, leave):
     return node, Passage(exit_t, exit_late, exit_node, is_clear), depth
 
 
-@implements(walk, BspMarch)
+@implements(walk, BspMarch, inline=True)
 def walk_march(structure, geometry, ray, number, workspace, log):
     """Find every leaf from the root."""
     tree = structure.tree

@@ -72,4 +72,5 @@ def ladder_of(grid: Any, geometry: Any, rays: Rays, cells: np.ndarray) -> Ladder
             "this ray comes from too far away to be followed from wall to wall; choose one that "
             "starts nearer to the scene"
         )
-    return Ladder(index, walls, grid.cell_size * np.abs(rays.inverse[0]))
+    with np.errstate(divide="ignore", over="ignore"):
+        return Ladder(index, walls, grid.cell_size / np.abs(rays.directions[0]))

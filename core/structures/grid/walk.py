@@ -30,8 +30,8 @@ from .lazy import LazyGridArrays
 LOST, MISSED = lost(COUNTERS), missing(COUNTERS)
 
 
-@implements(walk, LazyGridArrays)
-@implements(walk, GridArrays)
+@implements(walk, LazyGridArrays, inline=True)
+@implements(walk, GridArrays, inline=True)
 def walk_grid(structure, geometry, ray, number, workspace, log):
     """Step from cell to cell until the nearest hit lies before the next wall."""
     best, visited, empty, lacking = NOTHING, 0, 0, 0

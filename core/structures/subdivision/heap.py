@@ -69,7 +69,7 @@ def queue(workspace, place, size, floor, ceiling, age):
     return key
 
 
-@implements(walk, Heap)
+@implements(walk, Heap, inline=True)
 def walk_heap(structure, geometry, ray, number, workspace, log):
     """Visit the most promising cell next: the one entered first."""
     tree, heap = structure.tree, workspace.rows

@@ -222,4 +222,4 @@ def march(structure, geometry, ray, number, workspace, log):
 
 
 for record in (March, Neighbours, Ropes):
-    implements(walk, record)(march)
+    implements(walk, record, inline=True)(march)

@@ -11,7 +11,7 @@ from .tree import EMPTY, ROOT, enter_root, expand, leaf_index, pop, push
 from .walks import NOWHERE_YET, Recursive, found, limit_of, visit_leaf
 
 
-@implements(walk, Recursive)
+@implements(walk, Recursive, inline=True)
 def walk_recursive(structure, geometry, ray, number, workspace, log):
     """Go on with the first child along the ray, put the others on a stack."""
     tree = structure.tree

@@ -19,7 +19,7 @@ ENTER, EXIT = 0, 1
 """Columns of a segment, beside that of its leaf's node."""
 
 
-@implements(walk, Segments)
+@implements(walk, Segments, inline=True)
 def walk_segments(structure, geometry, ray, number, workspace, log):
     """Cut the ray into segments, then process these one by one."""
     tree, segments = structure.tree, workspace.rows

@@ -16,7 +16,7 @@ from ....contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ....contract.walk import Found, walk
 from ....geometry.rays import ALL, ANY
 from ....geometry.volume import MISS, enter, prepare
-from ....kernels import implements, unsigned
+from ....kernels import implements, unsigned, whole
 
 
 class Binary(NamedTuple):
@@ -49,7 +49,7 @@ def tree_of_forest(forest, root):
     return Binary(forest.volumes, forest.first, forest.size, root)
 
 
-@implements(walk, Binary)
+@implements(walk, Binary, inline=True)
 def walk_binary(structure, geometry, ray, number, workspace, log):
     """Front-to-back traversal with a stack."""
     volumes, firsts, sizes = structure.volumes, structure.first, structure.size
@@ -65,10 +65,10 @@ def walk_binary(structure, geometry, ray, number, workspace, log):
     searching = t != MISS
     while searching:
         nodes_visited += 1
-        size = sizes[node]
+        first, size = whole(firsts[node]), whole(sizes[node])
         if size == 0:
             note(log, VISIT_INNER, node, NONE, t, limit)
-            near = unsigned(firsts[node])
+            near = unsigned(first)
             far = near + ONE
             near_t = enter(volumes, near, ray, strips, limit)
             far_t = enter(volumes, far, ray, strips, limit)
@@ -77,9 +77,9 @@ def walk_binary(structure, geometry, ray, number, workspace, log):
             note(log, VOLUME_TEST, far, NONE, far_t, far_t)
             if far_t < near_t:
                 near, far, near_t, far_t = far, near, far_t, near_t
-            if far_t != MISS:
-                cells[height], enters[height] = far, far_t
-                height += 1
+            # Written in any case, and kept if it counts: whether it does cannot be guessed.
+            cells[height], enters[height] = far, far_t
+            height += far_t != MISS
             if near_t != MISS:
                 node, t = near, near_t
                 continue
@@ -87,7 +87,7 @@ def walk_binary(structure, geometry, ray, number, workspace, log):
             leaves_visited += 1
             note(log, VISIT_LEAF, node, NONE, t, limit)
             best = test_leaf(
-                geometry, None, False, firsts[node], firsts[node] + size, ray, number, workspace,
+                geometry, None, False, first, first + size, ray, number, workspace,
                 log, node, t, EVERYWHERE, False, best,
             )  # fmt: skip
             if ray.query == ANY and best.primitive >= 0:

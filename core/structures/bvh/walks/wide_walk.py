@@ -16,7 +16,7 @@ from ....contract.walk import Found, walk
 from ....contract.workspace import MAXIMUM_DEPTH
 from ....geometry.rays import ALL, ANY
 from ....geometry.volume import MISS, enter, prepare
-from ....kernels import implements, unsigned
+from ....kernels import implements, unsigned, whole
 from ..topology.wide import WIDEST
 from .binary_walk import ONE
 
@@ -47,7 +47,7 @@ class Wide(NamedTuple):
     width: np.ndarray
 
 
-@implements(walk, Wide)
+@implements(walk, Wide, inline=True)
 def walk_wide(structure, geometry, ray, number, workspace, log):
     """Front-to-back traversal with a stack, sorted as far as one node's children go.
 
@@ -60,28 +60,27 @@ def walk_wide(structure, geometry, ray, number, workspace, log):
     nodes_visited, leaves_visited, volume_tests = 0, 0, 1
 
     prepare(volumes, ray, strips)
-    t = enter(volumes, ROOT, ray, strips, limit)
-    note(log, VOLUME_TEST, ROOT, NONE, t, t)
-    cells[0], enters[0] = 0, t
-    height = 0 if t == MISS else 1
-    while height > 0:
-        height -= 1
-        node, t = unsigned(cells[height]), enters[height]
-        if t > limit:
-            # Put aside, and a nearer hit has made it useless meanwhile.
-            note(log, SKIP, node, NONE, t, limit)
-            continue
+    node, height = ROOT, 0
+    t = enter(volumes, node, ray, strips, limit)
+    note(log, VOLUME_TEST, node, NONE, t, t)
+    searching = t != MISS
+    while searching:
         nodes_visited += 1
-        if sizes[node] == 0:
+        first, size = whole(firsts[node]), whole(sizes[node])
+        if size == 0:
             note(log, VISIT_INNER, node, NONE, t, limit)
-            child = unsigned(firsts[node])
-            end = child + unsigned(structure.width[node])
             volume_tests += structure.width[node]
-            bottom = height
+            child, end = unsigned(first), unsigned(first + structure.width[node])
+            near, near_t, bottom = child, MISS, height
             while child < end:
                 t = enter(volumes, child, ray, strips, limit)
                 note(log, VOLUME_TEST, child, NONE, t, t)
-                if t != MISS:
+                if t < near_t:
+                    # The nearest so far waits now, if there is one, on top of the others.
+                    cells[height], enters[height] = near, near_t
+                    height += near_t != MISS
+                    near, near_t = child, t
+                elif t != MISS:
                     place = height
                     while place > bottom and enters[place - 1] <= t:
                         cells[place], enters[place] = cells[place - 1], enters[place - 1]
@@ -89,17 +88,28 @@ def walk_wide(structure, geometry, ray, number, workspace, log):
                     cells[place], enters[place] = child, t
                     height += 1
                 child += ONE
+            if near_t != MISS:
+                node, t = near, near_t
+                continue
         else:
             leaves_visited += 1
             note(log, VISIT_LEAF, node, NONE, t, limit)
             best = test_leaf(
-                geometry, None, False, firsts[node], firsts[node] + sizes[node], ray, number,
-                workspace, log, node, t, EVERYWHERE, False, best,
+                geometry, None, False, first, first + size, ray, number, workspace, log, node, t,
+                EVERYWHERE, False, best,
             )  # fmt: skip
             if ray.query == ANY and best.primitive >= 0:
                 break
             if ray.query != ALL and best.primitive >= 0:
                 limit = best.t
+        # Back to the nearest node put aside, unless a nearer hit has made it useless.
+        searching = False
+        while height > 0 and not searching:
+            height -= 1
+            node, t = unsigned(cells[height]), enters[height]
+            searching = t <= limit
+            if not searching:
+                note(log, SKIP, node, NONE, t, limit)
 
     counts = nodes_visited, leaves_visited, best.tests, volume_tests
     return Found(best.t, best.primitive, counts)

@@ -120,6 +120,10 @@ def choose_binned(rule, first, count, depth):
         scale = bins * (1.0 - 1e-6) / extent
         if scale == np.inf:
             continue
+        if count == 2 and len(rule.curve) == 0:
+            # Whatever parts them costs the same. They are a third of all nodes.
+            cost = area_of(boxes[first]) + area_of(boxes[first + 1])
+            return axis, 0, 0.5 * (low + 1.0 / scale), cost
         for b in range(bins):
             bin_counts[b] = 0
             clear(bin_boxes[b])
