@@ -91,18 +91,22 @@ def test_make_target_exists(command: str) -> None:
 
 @pytest.mark.bpy
 @pytest.mark.slow
-def test_make_demo(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "names", [["tetra", "suzanne"], pytest.param(None, marks=pytest.mark.exhaustive)]
+)
+def test_make_demo(tmp_path: Path, names: list[str] | None) -> None:
     """``make demo`` less the set-up that has been done: figures and pictures of its samples."""
     program = [sys.executable, "-m", "accelscope.addon.command.demo", "--output", tmp_path]
+    program += ["--samples", *names] if names else []
     done = subprocess.run(program, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     from accelscope.addon.command import demo
     from accelscope.core.structures import structures
     from accelscope.sample_scenes import samples
 
-    shown = demo.shown()
-    assert set(shown) >= {"tetra", "suzanne", "bunny", "soup"}
-    assert {"balls", "mount"} <= set(samples()) - set(shown)
+    shown = names or demo.shown()
+    assert set(demo.shown()) >= {"tetra", "suzanne", "bunny", "soup"}
+    assert {"balls", "mount"} <= set(samples()) - set(demo.shown())
 
     rows = (tmp_path / "records.csv").read_text().splitlines()
     assert len(rows) == 1 + 2 * len(shown) * len(structures())

@@ -26,8 +26,8 @@ def shown() -> list[str]:
     return [name for name, sample in samples().items() if sample.described is None]
 
 
-def make_blend_files(folder: Path) -> list[str]:
-    """Save each sample scene that is shown as a .blend and return their paths."""
+def make_blend_files(folder: Path, names: list[str]) -> list[str]:
+    """Save each of some sample scenes as a .blend and return their paths."""
     import bpy
 
     from .. import register, unregister
@@ -35,7 +35,7 @@ def make_blend_files(folder: Path) -> list[str]:
     register()
     try:
         paths = []
-        for name in shown():
+        for name in names:
             bpy.ops.wm.read_factory_settings(use_empty=True)
             bpy.ops.accelscope.add_sample_scene(sample=name)
             paths.append(str(folder / f"{name}.blend"))
@@ -49,11 +49,13 @@ def main() -> int:
     """Make the scenes, evaluate them, and say where everything is."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=Path, default=Path("build/demo"))
-    output = parser.parse_args().output.resolve()
+    parser.add_argument("--samples", nargs="+", default=shown(), metavar="NAME")
+    arguments = parser.parse_args()
+    output = arguments.output.resolve()
     scenes = output / "scenes"
     scenes.mkdir(parents=True, exist_ok=True)
     print_lines(f"Saving the sample scenes to {scenes}", None, flush=True)
-    paths = make_blend_files(scenes)
+    paths = make_blend_files(scenes, arguments.samples)
 
     from .main import main as command
 
