@@ -193,7 +193,7 @@ def trace(
         For a name or a setting that there is not.
     """
     if isinstance(through, Rays):
-        chosen = _settings_of(OwnRaysSettings, {}, settings, "rays of your own")
+        chosen = _settings_of(OwnRaysSettings, {}, settings, "a batch of your own")
         return experiment.trace_rays(built, OwnRays, chosen, through, threads)
     name, texts = parse_spec(through)
     workload = workload_named(name)

@@ -67,7 +67,7 @@ def test_settings_are_texts_or_values(built: accelscope.Built) -> None:
         (lambda b: accelscope.trace(b, accelscope.rays([[0, 0, 0]], [[0, 0, 0]])), "zero"),
         (
             lambda b: accelscope.trace(b, accelscope.rays([[0, 0, 0]], [[0, 0, 1]]), count=3),
-            "no settings",
+            "no setting .count.; its settings are: order",
         ),
         (
             lambda b: accelscope.walk(b, accelscope.trace(b, "random_lines", count=3), 3),

@@ -224,9 +224,9 @@ def test_the_cache_forgets_old_versions_only(toy, warm_cache):
 
 
 def test_an_inner_kernel_is_not_called_from_python():
-    from accelscope.core.contract.events import make_log, note
+    from accelscope.core.geometry.box import area_of
     from accelscope.core.kernels import call, has_numba
 
     assert has_numba()
-    with pytest.raises(TypeError, match="note is an inner kernel"):
-        call(note, make_log(0), 0, 0, 0, 0.0, 0.0)
+    with pytest.raises(TypeError, match="area_of is an inner kernel"):
+        call(area_of, (0.0,) * 6)

@@ -185,9 +185,9 @@ class View:
         fine = canvas.reshape(self.rows, SUPERSAMPLING, self.columns, SUPERSAMPLING, 3)
         # Summed by hand: a mean over two short axes takes ten times as long.
         coarse = np.zeros((self.rows, self.columns, 3))
-        for row in range(SUPERSAMPLING):
-            for column in range(SUPERSAMPLING):
-                coarse += fine[:, row, :, column]
+        for i in range(SUPERSAMPLING):
+            for j in range(SUPERSAMPLING):
+                coarse += fine[:, i, :, j]
         return coarse / SUPERSAMPLING**2
 
     def with_faces(
