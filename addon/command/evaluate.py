@@ -82,10 +82,10 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
         For whatever is wrong with the arguments or the places to write to.
     """
     from ...core.evaluation.rays.workloads import WORKLOADS
-    from ...core.structures import structures
+    from ...core.structures import module_names
 
     # Everything that can be refused is looked at before the first long computation.
-    names = take_scenes(arguments, "structure", [*structures(), "all"], "structure") or ["bvh"]
+    names = take_scenes(arguments, "structure", [*module_names(), "all"], "structure") or ["bvh"]
     rays = take_scenes(arguments, "rays", WORKLOADS, "rays") or ["random_lines"]
     chosen = structure_specs(names, functools.partial(say, arguments))
     workloads = workload_specs(rays)

@@ -1,7 +1,7 @@
 """One file per acceleration structure.
 
-A module in this folder that defines ``STRUCTURE`` is found by itself: it appears in the panel, on
-the command line, in the reports and in the test matrix.
+A module in this folder that defines ``STRUCTURE``, a structure of the module's name, is found by
+itself: it appears in the panel, on the command line, in the reports and in the test matrix.
 """
 
 from __future__ import annotations
@@ -14,16 +14,23 @@ from ..contract.structure import Structure
 from ..errors import InputError
 
 
+def module_names() -> list[str]:
+    """Return the names of the modules, nothing imported: every structure is called as its own."""
+    return sorted(module.name for module in pkgutil.iter_modules(__path__))
+
+
+def structure_in(module: str) -> type[Structure] | None:
+    """Import a module, and return the structure that it defines; None if it has none."""
+    found: type[Structure] | None = getattr(
+        importlib.import_module(f"{__name__}.{module}"), "STRUCTURE", None
+    )
+    return found
+
+
 def found_in_modules(without: str = "") -> list[type[Structure]]:
     """Return the structures of all modules, in alphabetical order of their files, but one."""
-    found = []
-    for module in sorted(pkgutil.iter_modules(__path__), key=lambda module: module.name):
-        name = f"{__name__}.{module.name}"
-        if name != without:
-            structure = getattr(importlib.import_module(name), "STRUCTURE", None)
-            if structure is not None:
-                found.append(structure)
-    return found
+    names = [name for name in module_names() if f"{__name__}.{name}" != without]
+    return [found for found in map(structure_in, names) if found is not None]
 
 
 @functools.cache
@@ -40,11 +47,12 @@ def structure_named(name: str) -> type[Structure]:
     InputError
         Listing the known names.
     """
-    try:
-        return structures()[name]
-    except KeyError:
+    # Its own module alone: importing all of them takes longer than building many a scene.
+    found = structure_in(name) if name in module_names() else None
+    if found is None:
         known = ", ".join(structures())
-        raise InputError(f"there is no structure '{name}'; known are: {known}") from None
+        raise InputError(f"there is no structure '{name}'; known are: {known}")
+    return found
 
 
 def structures_that_are(protocol: type) -> list[type[Structure]]:
