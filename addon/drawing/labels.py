@@ -72,7 +72,7 @@ def place(
             left = x + (1.0 + 2.0 * right) * gap + right * width
             bottom = y + up * (height + gap) - 0.5 * height
             tried = Room(left, bottom, left + width, bottom + height)
-            if _is_within(tried, room) and not any(_meet(tried, other, gap) for other in there):
+            if _is_within(tried, room) and not any(meet(tried, other, gap) for other in there):
                 best = tried
                 there.append(tried)
                 break
@@ -89,7 +89,7 @@ def _is_within(inner: Room, outer: Room) -> bool:
     )
 
 
-def _meet(one: Room, other: Room, gap: float) -> bool:
+def meet(one: Room, other: Room, gap: float) -> bool:
     """Say whether there is less than a gap between two rectangles."""
     return (
         one.left < other.right + gap

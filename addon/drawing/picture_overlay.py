@@ -22,7 +22,7 @@ from .texts import BRIGHT, Colour, Screen
 from .viewport import room_in
 
 if TYPE_CHECKING:  # only the types: their modules bring Numba in
-    from ...core.lessons.picture import Picture
+    from ...core.lessons.picture import Image, Picture, Row
 
 LINE_WIDTH = 1.8
 """Width of lines, in pixels on a screen of ordinary resolution."""
@@ -46,7 +46,15 @@ MOST_FOR_FIGURES = 0.4
 """Share of the viewport's width that is kept free for figures at most."""
 
 IMAGE_SHARE = 0.36
-"""Width of an image, as a share of the viewport's."""
+"""Width of an image, as a share of the viewport's, where its height allows that."""
+
+IMAGE_GAP = 4.0
+"""Pixels between an image and its name."""
+
+SMALLEST = 0.5
+"""How much smaller words become where they would not fit otherwise."""
+
+TOO_SMALL = "The viewport is too small for the figures: they are in the panel"
 
 
 class _Tools(NamedTuple):
@@ -79,6 +87,24 @@ class _Drawn:
     def images(self) -> list[gpu.types.GPUTexture]:
         """The images."""
         return [overlay_upload.image_texture(image.pixels) for image in self.picture.images]
+
+
+class _Words(NamedTuple):
+    """Where heading, figures and caption stand."""
+
+    heading: list[Room]
+    figures: list[Room]
+    caption: list[Room]
+
+    def fit(self, room: Room, taken: Sequence[Room]) -> bool:
+        """Say whether they are inside a room, and neither on each other nor on what is taken."""
+        above = [*self.heading, *self.figures]
+        floor = max([room.bottom, *(each.top for each in self.caption)])
+        return (
+            all(each.bottom >= floor and each.right <= room.right for each in above)
+            and all(each.top <= room.top for each in self.caption)
+            and not any(labels.meet(one, other, 0.0) for one in above for other in taken)
+        )
 
 
 class _State:
@@ -200,17 +226,17 @@ def room_for_lines(context: bpy.types.Context, area: bpy.types.Area, is_large: b
         return room
     screen = Screen(text_size(context, is_large), (0.0, 0.0, 0.0))
     inner = screen.inside(room)
+    taken = []
     if _state.drawn.picture.images:
-        room = room._replace(right=inner.right - IMAGE_SHARE * (inner.right - inner.left))
+        taken.append(_room_of_images(screen, _state.drawn.picture.images, inner))
+        room = room._replace(right=taken[0].left)
     if not is_large:
         return room
-    words = _draw_words(screen, _state.drawn, inner, [])
+    screen, words = _words(screen, _state.drawn, inner, taken)
     # Figures stand at the left, the caption below; the heading is short.
-    figures = [each for each in words if each.bottom > 0.5 * (inner.bottom + inner.top)][1:]
-    caption = [each for each in words if each not in figures][1:]
-    left = max((each.right for each in figures), default=room.left)
+    left = max((each.right for each in words.figures), default=room.left)
     left = min(left, room.left + MOST_FOR_FIGURES * (room.right - room.left))
-    bottom = max((each.top for each in caption), default=room.bottom)
+    bottom = max((each.top for each in words.caption), default=room.bottom)
     return Room(left, bottom, room.right, inner.top - screen.line)
 
 
@@ -297,7 +323,9 @@ def draw_texts_and_images(
     if drawn.picture.images:
         taken.append(_draw_image(screen, drawn, inner))
     if is_large:
-        taken += _draw_words(screen, drawn, inner, taken)
+        screen_of_words, words = _words(screen, drawn, inner, taken)
+        screen_of_words.draw()
+        taken += [*words.heading, *words.figures, *words.caption]
     marks = drawn.picture.marks
     if marks:
         seen = labels.project(drawn.positions, matrix, *size)
@@ -309,15 +337,25 @@ def draw_texts_and_images(
     screen.draw()
 
 
+def _room_of_images(screen: Screen, images: Sequence[Image], room: Room) -> Room:
+    """Return the lower right corner of a room, where images stand one above the other.
+
+    As wide as all of them with their names are no higher than the room.
+    """
+    shapes = sum(image.pixels.shape[0] / image.pixels.shape[1] for image in images)
+    names = len(images) * (2.0 * screen.text_size + IMAGE_GAP)
+    width = min(IMAGE_SHARE * (room.right - room.left), (room.top - room.bottom - names) / shapes)
+    width = max(width, 1.0)
+    return room._replace(left=room.right - width, top=room.bottom + width * shapes + names)
+
+
 def _draw_image(screen: Screen, drawn: _Drawn, room: Room) -> Room:
     """Draw the images one above the other in the lower right corner; return what they take."""
     assert _state.tools is not None
-    width = IMAGE_SHARE * (room.right - room.left)
-    left, bottom = room.right - width, room.bottom
+    taken = _room_of_images(screen, drawn.picture.images, room)
+    left, bottom, width = taken.left, taken.bottom, taken.right - taken.left
     for image, texture in zip(drawn.picture.images, drawn.images, strict=True):
         height = width * image.pixels.shape[0] / image.pixels.shape[1]
-        if bottom + height > room.top:
-            break
         shader = _state.tools.image
         shader.bind()
         shader.uniform_sampler("image", texture)
@@ -327,25 +365,53 @@ def _draw_image(screen: Screen, drawn: _Drawn, room: Room) -> Room:
             place = Room(left, bottom, room.right, bottom + height)
             _state.image_places[region.as_pointer() if region else 0] = place
         name = image.name.replace("_", " ").capitalize()
-        label = screen.add(name, left + 0.3 * screen.text_size, bottom + height + 4.0)
+        label = screen.add(name, left + 0.3 * screen.text_size, bottom + height + IMAGE_GAP)
         bottom = label.top + screen.text_size
-    return Room(left, room.bottom, room.right, bottom)
+    return taken
 
 
-def _draw_words(screen: Screen, drawn: _Drawn, room: Room, taken: list[Room]) -> list[Room]:
-    """Draw heading and figures at the upper left, the caption below; return what they take."""
-    found, top = [], room.top - screen.text_size
+def _words(
+    screen: Screen, drawn: _Drawn, room: Room, taken: Sequence[Room]
+) -> tuple[Screen, _Words]:
+    """Return heading, figures and caption on a screen of their own: smaller where they must be.
+
+    Parameters
+    ----------
+    screen : Screen
+        Of the size that they have where there is room.
+    taken : sequence of Room
+        Where images are, in the lower right corner.
+    """
+    for size in np.linspace(1.0, SMALLEST, 11):
+        own = Screen(size * screen.text_size, screen.behind)
+        words = _add_words(own, drawn, drawn.picture.rows, room, taken)
+        if words.fit(room, taken):
+            return own, words
+    own = Screen(SMALLEST * screen.text_size, screen.behind)
+    words = _add_words(own, drawn, (), room, taken)
+    top = min([room.top, *(each.bottom for each in words.heading)]) - own.line
+    lines = own.in_lines(TOO_SMALL, room.right - room.left)
+    figures = [own.add(text, room.left, top - n * own.line) for n, text in enumerate(lines)]
+    return own, words._replace(figures=figures)
+
+
+def _add_words(
+    screen: Screen, drawn: _Drawn, rows: Sequence[Row], room: Room, taken: Sequence[Room]
+) -> _Words:
+    """Add heading and figures at the upper left, the caption below."""
+    heading, figures, top = [], [], room.top - screen.text_size
     if drawn.heading:
-        found.append(screen.add(drawn.heading, room.left, top))
+        heading.append(screen.add(drawn.heading, room.left, top))
         top -= 1.3 * screen.line
-    rows = drawn.picture.rows
     across = max((screen.size_of(row.label)[0] for row in rows), default=0.0) + screen.text_size
     for row in rows:
-        found.append(screen.add(row.label, room.left, top))
-        found.append(screen.add(row.text, room.left + across, top))
+        figures.append(screen.add(row.label, room.left, top))
+        figures.append(screen.add(row.text, room.left + across, top))
         top -= screen.line
     right = min([room.right, *(each.left - screen.text_size for each in taken)])
     lines = screen.in_lines(drawn.picture.caption, right - room.left)
-    for number, text in enumerate(reversed(lines)):
-        found.append(screen.add(text, room.left, room.bottom + number * screen.line))
-    return found
+    caption = [
+        screen.add(text, room.left, room.bottom + number * screen.line)
+        for number, text in enumerate(reversed(lines))
+    ]
+    return _Words(heading, figures, caption)

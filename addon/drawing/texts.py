@@ -29,7 +29,6 @@ class Screen:
         self.is_bright = luminance(behind) > BRIGHT
         self._texts: list[tuple[str, float, float, Colour]] = []
         self._rectangles: list[Room] = []
-        blf.size(0, text_size)
 
     def inside(self, room: Room) -> Room:
         """Return a room without its edge, where no text stands."""
@@ -43,6 +42,8 @@ class Screen:
 
     def size_of(self, text: str) -> tuple[float, float]:
         """Return width and height of a text, whatever letters it has."""
+        # Blender's font has one size at a time, and there may be a screen of another.
+        blf.size(0, self.text_size)
         return blf.dimensions(0, text)[0], self.text_size
 
     def add(self, text: str, left: float, bottom: float, colour: Colour | None = None) -> Room:
