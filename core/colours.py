@@ -21,9 +21,6 @@ _STOPS = np.array([
 INNER_COLOUR = (0.62, 0.62, 0.66)
 """Cells without a figure of their own: inner nodes when cells are coloured by count."""
 
-NEWEST_COLOUR = (1.0, 1.0, 1.0)
-"""Cells that the step of the building made that is looked at."""
-
 EMPTY_TINT = (0.45, 0.65, 1.0)
 """Faces of empty leaves."""
 

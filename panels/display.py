@@ -20,9 +20,9 @@ RAMP_TEXTS = {
 
 
 def what_is_not_there(drawable: Drawable) -> str:
-    """Say why there are no planes to draw or no steps to replay; "" if there are."""
+    """Say why there are no planes to draw; "" if there are."""
     if drawable.extent.last_step is None:
-        return "Planes and Replay: not of cells that were made at once, or refitted"
+        return "Planes: not of cells that were made at once, or refitted"
     if drawable.cells.planes is None:
         return "Planes: these cells are joined or rearranged, not cut by planes"
     return ""
@@ -56,12 +56,6 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
         row = column.row()
         row.active = drawable is not None and drawable.cells.planes is not None
         row.prop(display, "planes")
-        row = layout.row(heading="Replay")
-        row.active = drawable is not None and drawable.extent.last_step is not None
-        row.prop(display, "replay", text="")
-        step = row.row()
-        step.active = display.replay
-        draw_range(step, display, "step", "")
         if drawable is not None and (text := what_is_not_there(drawable)):
             draw_wrapped(layout, text, "INFO", context.region.width)
         column = layout.column()
@@ -75,10 +69,6 @@ class VIEW3D_PT_accelscope_display(SidebarPanel, bpy.types.Panel):
             if maximum > 0:
                 text = RAMP_TEXTS[selection.coloured_by(extent, display)].format(maximum)
                 draw_wrapped(lines, f"Blue to red: {text}", "NONE", width)
-            step = selection.step_shown(extent, display)
-            if step is not None:
-                text = f"step {step} of {extent.last_step}"
-                draw_wrapped(lines, f"Built up to {text}", "NONE", width)
             draw_wrapped(lines, overlay.shown_text(display), "NONE", width)
 
 

@@ -16,14 +16,14 @@ What is uploaded are textures (:mod:`.overlay_upload`):
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...core.contract.outlines import by_shape, faces_of, outlines_of, triangles_of, wires_of
 from ...core.progress import SILENT, Progress
 from . import selection
-from .selection import NEVER, Extent, Sections, Tally
+from .selection import Extent, Sections, Tally
 
 if TYPE_CHECKING:  # only the type: its module brings Numba in
     from ...core.contract.cells import Cells, Polygons
@@ -41,8 +41,8 @@ class LineBatch(NamedTuple):
     Attributes
     ----------
     ends, steps : (rows, TEXTURE_WIDTH, 4) float32
-        Two texels for each shape, and one: the steps in which it is made and replaced. Where nobody
-        knows those, only as large as it must be.
+        Two texels for each shape, and a quarter of one: the step of the building in which it
+        appears. Where nobody knows those, only as large as it must be.
     starts : (n + 1,) int64
         Shapes of item i (a cell or a plane) are starts[i] ... starts[i + 1] - 1.
     """
@@ -64,7 +64,7 @@ class FaceBatch(NamedTuple):
     depth : (n,) int32
         Of the items, ascending.
     areas : Tally
-        Surface by depth and step.
+        Surface by depth.
     """
 
     corners: np.ndarray
@@ -100,9 +100,6 @@ class Drawable:
     n_shaped, n_planes, n_empty : int
         How many cells in the sections are drawn in their shape; how many planes and empty leaves
         there are.
-    made, made_empty, replaced : Tally or None
-        Cells that are no empty leaves, those that are, and replaced ones, by depth and step; None
-        where nobody knows the steps.
     """
 
     cells: Cells
@@ -117,22 +114,6 @@ class Drawable:
     n_shaped: int
     n_planes: int
     n_empty: int
-    made: Tally | None = None
-    made_empty: Tally | None = None
-    replaced: Tally | None = None
-
-    def wanted(self, display: Any) -> int:
-        """Return how many of the cells the display settings let through."""
-        step = selection.step_shown(self.extent, display)
-        if step is None or self.made is None or self.made_empty is None or self.replaced is None:
-            return sum(last - first for first, last in selection.runs(self.sections, display))
-        asked = display.depth_min, display.depth_max, step
-        wanted = self.made.total(*asked)
-        if not display.hide_empty:
-            wanted += self.made_empty.total(*asked)
-        if display.leaves_only:
-            wanted -= self.replaced.total(*asked)
-        return int(wanted)
 
 
 def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
@@ -152,14 +133,6 @@ def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
     shaped, _ = by_shape(cells, np.sort(sections.order))
     cells.sort_numbers()
     progress.report(0, 1, "Preparing the picture")
-    tallies: tuple[Tally, ...] = ()
-    if cells.replaced is not None:
-        goes = cells.replaced < NEVER
-        tallies = tuple(
-            Tally(cells.depth[some], when[some])
-            for some, when in ((~is_empty, steps.made), (is_empty, steps.made),
-                               (goes, steps.replaced))
-        )  # fmt: skip
     return Drawable(
         cells, extent, sections, _surface_of(cells),
         box_lines(cells, sections.order, shaped, steps),
@@ -168,7 +141,6 @@ def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
         plane_faces(cells, planes, steps),
         cell_faces(cells, empty, steps),
         len(shaped), 0 if cells.planes is None else len(cells.planes.owners), int(is_empty.sum()),
-        *tallies,
     )  # fmt: skip
 
 
@@ -177,7 +149,7 @@ def steps_of(cells: Cells) -> BuildSteps:
     if cells.replaced is None:
         nothing = np.zeros(len(cells), dtype=np.int64)
         return BuildSteps(nothing, nothing)
-    return BuildSteps(cells.extra["order"].astype(np.int64), np.minimum(cells.replaced, NEVER))
+    return BuildSteps(cells.extra["order"].astype(np.int64), cells.replaced)
 
 
 def _surface_of(cells: Cells) -> float:
@@ -197,7 +169,7 @@ def box_lines(cells: Cells, order: np.ndarray, shaped: np.ndarray, steps: BuildS
     is_box[shaped] = False
     owners = order[is_box[order]]
     starts = np.concatenate([[0], np.cumsum(is_box[order])])
-    return _lines(cells, cells.boxes[owners].reshape(-1, 2, 3), owners, steps, starts)
+    return _lines(cells, cells.boxes[owners].reshape(-1, 2, 3), owners, steps.made, starts)
 
 
 def edge_lines(
@@ -215,38 +187,40 @@ def edge_lines(
     sorting = np.argsort(positions, kind="stable")
     starts = np.searchsorted(positions[sorting], np.arange(len(order) + 1))
     owners = wires.edge_owners()[sorting]
-    return _lines(cells, wires.segments()[sorting], owners, steps, starts)
+    return _lines(cells, wires.segments()[sorting], owners, steps.made, starts)
 
 
 def plane_lines(cells: Cells, planes: Polygons | None, steps: BuildSteps) -> LineBatch:
     """Return the outlines of planes."""
     if planes is None:
-        return _lines(cells, np.empty((0, 2, 3)), np.empty(0, np.int64), steps, np.zeros(1, int))
+        nothing = np.empty(0, np.int64)
+        return _lines(cells, np.empty((0, 2, 3)), nothing, steps.made, np.zeros(1, int))
     wires = outlines_of(planes)
-    # A plane is there from the step on that divides its cell, and is divided by none.
-    there = BuildSteps(steps.replaced, np.full(len(cells), NEVER))
     ends, owners = wires.segments(), wires.edge_owners()
-    return _lines(cells, ends, owners, there, planes.offsets, of_cells=False)
+    # A plane is there from the step on that divides its cell.
+    return _lines(cells, ends, owners, steps.replaced, planes.offsets, of_cells=False)
 
 
 def _lines(
     cells: Cells,
     ends: np.ndarray,
     owners: np.ndarray,
-    steps: BuildSteps,
+    steps: np.ndarray,
     starts: np.ndarray,
     of_cells: bool = True,
 ) -> LineBatch:
-    """Pack shapes with two ends (n, 2, 3), and whose they are (n,); planes have no count."""
+    """Pack shapes with two ends (n, 2, 3), and whose they are (n,); planes have no count.
+
+    Steps, in which shapes appear, are those of all cells.
+    """
     texels = np.empty((len(ends), 2, 4), dtype=np.float32)
     texels[:, :, :3] = ends
     texels[:, 0, 3] = cells.depth[owners]
     texels[:, 1, 3] = np.where(cells.is_leaf, cells.count, -1)[owners] if of_cells else -1
     if cells.replaced is None:
-        when = np.zeros((1, 4), dtype=np.float32)
+        when = np.zeros(1, dtype=np.float32)
     else:
-        when = np.zeros((len(owners), 4), dtype=np.float32)
-        when[:, 0], when[:, 1] = steps.made[owners], steps.replaced[owners]
+        when = steps[owners].astype(np.float32)
     return LineBatch(in_rows(texels), in_rows(when), starts)
 
 
@@ -287,7 +261,7 @@ def _faces(
     texels[:, 1, 3] = steps
     sides = triangles[:, 1:] - triangles[:, :1]
     areas = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    return FaceBatch(in_rows(texels), starts, depth, Tally(depths, steps, areas))
+    return FaceBatch(in_rows(texels), starts, depth, Tally(depths, areas))
 
 
 def _first_of(polygons: Polygons | None, most: int) -> Polygons | None:
@@ -301,7 +275,7 @@ def _first_of(polygons: Polygons | None, most: int) -> Polygons | None:
 
 
 def in_rows(texels: np.ndarray, width: int = TEXTURE_WIDTH) -> np.ndarray:
-    """Return texels (..., 4) of float32 in rows (rows, width, 4), filled up with zeros."""
+    """Return numbers of float32, four to a texel, in rows (rows, width, 4) filled up with zeros."""
     rows = max(-(-texels.size // (4 * width)), 1)
     whole = np.zeros((rows, width, 4), dtype=np.float32)
     whole.reshape(-1)[: texels.size] = texels.ravel()

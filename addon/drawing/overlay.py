@@ -204,8 +204,7 @@ def draw(display: Any, pixel_size: float = 1.0, has_cells: bool = True) -> None:
     ----------
     display : object
         Attributes show (cells and rays), depth_min, depth_max, leaves_only, hide_empty,
-        tint_empty, planes, replay, step, opacity, line_width, colour_by ("depth", "count" or
-        "order").
+        tint_empty, planes, opacity, line_width, colour_by ("depth", "count" or "order").
     pixel_size : float
         Pixels per unit of line width: 2 on a screen of high resolution.
     has_cells : bool
@@ -269,8 +268,7 @@ def _bind_faces(
     overlay_shader.set_view(shader)
     _set_colouring(shader, tools, drawable.extent, display)
     shader.uniform_float("plain_colour", INNER_COLOUR)
-    step = selection.step_shown(drawable.extent, display)
-    area = faces.areas.total(display.depth_min, display.depth_max, step)
+    area = faces.areas.total(display.depth_min, display.depth_max)
     strength = display.opacity * _overlay.strength
     opacity = face_opacity(area, drawable.surface, cover * strength)
     shader.uniform_float("opacity", opacity)
@@ -292,16 +290,13 @@ def _draw_lines(tools: _Tools, drawn: _Drawn, display: Any, pixel_size: float) -
     overlay_shader.set_view(shader, width)
     _set_colouring(shader, tools, drawable.extent, display)
     shader.uniform_float("opacity", display.opacity * _overlay.strength * min(width, 1.0))
-    shader.uniform_int("leaves_only", 0)
     if display.planes:
         first, last = selection.depth_run(drawable.plane_faces.depth, display)
         if last > first:
             _draw_some_lines(shader, tools.edge, drawn.plane_lines, first, last)
 
-    shader.uniform_int("leaves_only", display.leaves_only)
-    replayed = selection.step_shown(drawable.extent, display) is not None
     # Backwards: what matters most comes last, and so on top.
-    for first, last in reversed(selection.drawn_runs(drawable.sections, display, replayed)):
+    for first, last in reversed(selection.drawn_runs(drawable.sections, display)):
         if drawable.boxes.starts[last] > drawable.boxes.starts[first]:
             _draw_some_lines(shader, tools.cube, drawn.boxes, first, last)
         if drawable.edges.starts[last] > drawable.edges.starts[first]:
@@ -321,9 +316,7 @@ def _draw_some_lines(
 def _set_colouring(
     shader: gpu.types.GPUShader, tools: _Tools, extent: selection.Extent, display: Any
 ) -> None:
-    """Set the uniforms that say what colours mean, and which step of the building is shown."""
-    step = selection.step_shown(extent, display)
-    shader.uniform_int("shown_step", -1 if step is None else step)
+    """Set the uniforms that say what colours mean."""
     colouring = selection.coloured_by(extent, display)
     shader.uniform_int("coloured_by", overlay_shader.COLOURINGS[colouring])
     shader.uniform_float("maximum", float(max(selection.colour_maximum(extent, display), 1)))

@@ -5,15 +5,15 @@ one unit cube is drawn once per box (see :mod:`.overlay_upload`). Lines wider th
 portable (Metal and Vulkan have none): every edge is a rectangle, made in the vertex shader to face
 the viewer, with an edge that fades over one pixel instead of stairs.
 
-A second texture holds the steps of the building: in which one each cell was made, and in which it
-was replaced. So a part of the building is shown without uploading anything.
+A second texture holds the step of the building in which each cell was made, or plane appeared: four
+to a texel.
 """
 
 from __future__ import annotations
 
 import gpu
 
-from ...core.colours import INNER_COLOUR, NEWEST_COLOUR
+from ...core.colours import INNER_COLOUR
 from .drawable import TEXTURE_WIDTH
 
 RAMP_SIZE = 256
@@ -87,24 +87,13 @@ void main()
       mix(lower.xyz, upper.xyz, start), mix(lower.xyz, upper.xyz, end), corner, distance_across);
 
   // lower.w is the depth, upper.w the number of primitives, -1 for an inner node.
-  bool is_inner = upper.w < 0.0;
   float fraction = lower.w / maximum;
   if (coloured_by == BY_COUNT) {
     fraction = log(1.0 + max(upper.w, 0.0)) / log(1.0 + maximum);
   }
   line_colour = vec4(1.0, 1.0, 1.0, opacity);
-  if (coloured_by == BY_ORDER || shown_step >= 0) {
-    // When the cell was made, and when it was replaced.
-    vec4 when = TEXEL(steps, item);
-    if (coloured_by == BY_ORDER) {
-      fraction = when.x / maximum;
-    }
-    if (shown_step >= 0) {
-      is_inner = when.y <= float(shown_step);
-      if (when.x > float(shown_step) || (is_inner && leaves_only != 0)) {
-        gl_Position = NOWHERE;
-      }
-    }
+  if (coloured_by == BY_ORDER) {
+    fraction = TEXEL(steps, item / 4)[item % 4] / maximum;
   }
   line_colour.rgb = ramp_colour(fraction);
   if (upper.w == 0.0) {
@@ -112,9 +101,6 @@ void main()
   }
   if (coloured_by == BY_COUNT && upper.w < 0.0) {
     line_colour = vec4(INNER_COLOUR, opacity * EMPTY_OPACITY);
-  }
-  if (shown_step > 0 && TEXEL(steps, item).x == float(shown_step)) {
-    line_colour = vec4(NEWEST_COLOUR, 1.0);
   }
 }
 """
@@ -140,9 +126,6 @@ void main()
   }
   if (coloured_by == BY_ORDER) {
     face_colour.rgb = ramp_colour(b.w / maximum);
-  }
-  if (shown_step >= 0 && b.w > float(shown_step)) {
-    gl_Position = NOWHERE;
   }
 }
 """
@@ -248,7 +231,7 @@ def _line_shader_info(vertex_source: str) -> tuple[gpu.types.GPUShaderCreateInfo
 
 def _read_textures(info: gpu.types.GPUShaderCreateInfo, *textures: str) -> None:
     """Add what the shaders need that read cells or faces from a texture."""
-    for name in ("first", "shown_step", "coloured_by"):
+    for name in ("first", "coloured_by"):
         info.push_constant("INT", name)
     info.push_constant("FLOAT", "maximum")
     for slot, name in enumerate((*textures, "colours")):
@@ -263,10 +246,8 @@ def cells_shader() -> gpu.types.GPUShader:
     """Compile the shader that draws boxes, or segments, from a texture."""
     info, interface = _line_shader_info(_FETCH + _CELLS_VERTEX)
     _read_textures(info, "cells", "steps")
-    info.push_constant("INT", "leaves_only")
     info.define("EMPTY_OPACITY", str(EMPTY_OPACITY))
     info.define("INNER_COLOUR", "vec3({}, {}, {})".format(*INNER_COLOUR))
-    info.define("NEWEST_COLOUR", "vec3({}, {}, {})".format(*NEWEST_COLOUR))
     shader = gpu.shader.create_from_info(info)
     del interface
     return shader

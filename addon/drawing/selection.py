@@ -29,9 +29,6 @@ MAXIMUM_CORNERS = 4_000_000
 MOST_DEPTH = 2**31 - 1
 """No depth is larger: they are kept in 32 bits."""
 
-NEVER = 10**9
-"""A step of the building that never comes; single precision holds it."""
-
 MAXIMUM_FILLED = 50_000
 """Empty leaves tinted and planes drawn at most: the shallow ones. More of them are a fog."""
 
@@ -50,27 +47,19 @@ class Extent(NamedTuple):
         Primitives in the fullest leaf.
     last_step : int or None
         Last step of the building; None where nobody knows the steps.
-    depths, first_steps : (levels,) int
-        All depths there are, and the step in which the first cell of each is made.
     """
 
     deepest: int
     largest: int
     last_step: int | None
-    depths: np.ndarray
-    first_steps: np.ndarray
 
 
 def extent_of(cells: Cells) -> Extent:
     """Go through cells and note how far they go."""
-    starts = np.flatnonzero(np.diff(cells.depth, prepend=-1))
-    depths = cells.depth[starts]
-    last_step, first_steps = None, np.zeros(len(starts), dtype=np.int64)
-    if len(cells) and cells.replaced is not None:
-        order = cells.extra["order"]
-        last_step, first_steps = int(order.max()), np.minimum.reduceat(order, starts)
-    deepest, largest = (int(values.max(initial=0)) for values in (depths, cells.count))
-    return Extent(deepest, largest, last_step, depths, first_steps)
+    has_steps = len(cells) > 0 and cells.replaced is not None
+    last_step = int(cells.extra["order"].max()) if has_steps else None
+    deepest, largest = (int(values.max(initial=0)) for values in (cells.depth, cells.count))
+    return Extent(deepest, largest, last_step)
 
 
 class Sections(NamedTuple):
@@ -124,38 +113,23 @@ def shares(sizes: Sequence[int], most: int) -> list[int]:
 
 
 class Tally:
-    """Sums over cells by their depth and a step: of a range of depths, up to a step.
-
-    A sum is looked up level by level, however many cells there are.
+    """Sums over items by their depth, of a range of depths, however many items there are.
 
     Parameters
     ----------
-    depth, step : (n,) int
-        Of each cell; steps from 0.
-    weight : (n,) float64, optional
-        What is summed up; otherwise cells are counted.
+    depth : (n,) int
+        Of each item, from 0.
+    weight : (n,) float64
+        What is summed up.
     """
 
-    def __init__(
-        self, depth: np.ndarray, step: np.ndarray, weight: np.ndarray | None = None
-    ) -> None:
-        # Steps that never come are not looked for.
-        self._span = int(step[step < NEVER].max(initial=0)) + 2
-        keys = depth.astype(np.int64) * self._span + np.minimum(step, self._span - 1)
-        order = np.argsort(keys, kind="stable")
-        self._keys = keys[order]
-        self._levels = np.unique(depth).astype(np.int64)
-        weights = np.ones(len(keys)) if weight is None else weight[order]
-        self._sums = np.concatenate([[0.0], np.cumsum(weights)])
+    def __init__(self, depth: np.ndarray, weight: np.ndarray) -> None:
+        self._sums = np.concatenate([[0.0], np.cumsum(np.bincount(depth, weight))])
 
-    def total(self, low: int, high: int, step: int | None = None) -> float:
-        """Return the sum over depths `low` to `high` and steps 0 to `step`, or all that come."""
-        last = self._span - 2 if step is None else min(step, self._span - 2)
-        levels = self._levels[np.searchsorted(self._levels, low) :] * self._span
-        levels = levels[: np.searchsorted(levels, high * self._span, side="right")]
-        begins = np.searchsorted(self._keys, levels)
-        ends = np.searchsorted(self._keys, levels + last, side="right")
-        return float((self._sums[ends] - self._sums[begins]).sum())
+    def total(self, low: int, high: int) -> float:
+        """Return the sum over depths `low` to `high`."""
+        first, last = np.clip([low, high + 1], 0, len(self._sums) - 1)
+        return float(self._sums[max(first, last)] - self._sums[first])
 
 
 # ------------------------------------------------------------------------------- what is shown
@@ -168,8 +142,6 @@ class Shown(NamedTuple):
     depth_max: int
     leaves_only: bool
     hide_empty: bool
-    replay: bool
-    step: int
     opacity: float
     colour_by: str
 
@@ -184,20 +156,11 @@ def is_empty(cells: Cells) -> np.ndarray:
     return cells.is_leaf & (cells.count == 0)
 
 
-def step_shown(extent: Extent, display: Any) -> int | None:
-    """Return the step of the building up to which cells are shown; None shows all of them."""
-    return display.step if display.replay and extent.last_step is not None else None
-
-
 def visible(cells: Cells, display: Any) -> np.ndarray:
     """Return which cells the display settings let through, (n,) bool."""
     shown = (cells.depth >= display.depth_min) & (cells.depth <= display.depth_max)
-    is_leaf = cells.is_leaf
-    if display.replay and cells.replaced is not None:
-        shown &= cells.extra["order"] <= display.step
-        is_leaf = cells.replaced > display.step  # not replaced yet
     if display.leaves_only:
-        shown &= is_leaf
+        shown &= cells.is_leaf
     if display.hide_empty:
         shown &= ~is_empty(cells)
     return shown
@@ -212,17 +175,11 @@ def depth_run(depth: np.ndarray, display: Any) -> tuple[int, int]:
     return first, max(first, last)
 
 
-def runs(sections: Sections, display: Any, replayed: bool = False) -> list[tuple[int, int]]:
-    """Return the cells to draw in each section as (first, last + 1).
-
-    Parameters
-    ----------
-    replayed : bool
-        Only a part of the building is shown: inner nodes may be leaves as yet.
-    """
+def runs(sections: Sections, display: Any) -> list[tuple[int, int]]:
+    """Return the cells to draw in each section as (first, last + 1)."""
     found = []
     first = 0
-    hidden = (False, display.leaves_only and not replayed, display.hide_empty)
+    hidden = (False, display.leaves_only, display.hide_empty)
     for end, is_hidden in zip(sections.ends.tolist(), hidden):
         low, high = depth_run(sections.depth[first:end], display)
         found.append((first, first) if is_hidden else (first + low, first + high))
@@ -230,19 +187,12 @@ def runs(sections: Sections, display: Any, replayed: bool = False) -> list[tuple
     return found
 
 
-def drawn_runs(sections: Sections, display: Any, replayed: bool = False) -> list[tuple[int, int]]:
-    """Return the runs cut to MAXIMUM_DRAWN cells in all.
-
-    While the building is replayed every section keeps its shallow ones, since the first steps are
-    seen by inner nodes only.
-    """
-    wanted = runs(sections, display, replayed)
+def drawn_runs(sections: Sections, display: Any) -> list[tuple[int, int]]:
+    """Return the runs cut to MAXIMUM_DRAWN cells in all."""
+    wanted = runs(sections, display)
     sizes = [last - first for first, last in wanted]
-    if replayed:
-        most = shares(sizes, MAXIMUM_DRAWN)
-    else:
-        before = np.cumsum([0, *sizes[:-1]])
-        most = np.clip(MAXIMUM_DRAWN - before, 0, sizes).tolist()
+    before = np.cumsum([0, *sizes[:-1]])
+    most = np.clip(MAXIMUM_DRAWN - before, 0, sizes).tolist()
     return [(first, first + size) for (first, _), size in zip(wanted, most, strict=True)]
 
 
@@ -266,7 +216,4 @@ def colour_maximum(extent: Extent, display: Any) -> int:
         return extent.largest
     if by == "order":
         return extent.last_step or 0
-    step, deepest = step_shown(extent, display), extent.deepest
-    if step is not None:
-        deepest = int(extent.depths[extent.first_steps <= step].max(initial=0))
-    return max(min(deepest, display.depth_max), 0)
+    return max(min(extent.deepest, display.depth_max), 0)

@@ -11,16 +11,14 @@ from .drawable import Drawable
 
 def in_words(drawable: Drawable, display: Any) -> str:
     """Say how many cells are shown: ``"showing 1 203 of 4 096 cells"``, and what is left out."""
-    sections, extent = drawable.sections, drawable.extent
-    wanted = drawable.wanted(display)
-    replayed = selection.step_shown(extent, display) is not None
-    asked = sum(last - first for first, last in selection.runs(sections, display, replayed))
-    drawn = sum(last - first for first, last in selection.drawn_runs(sections, display, replayed))
-    text = f"showing {show_integer(min(wanted, drawn))} of {show_integer(sections.total)} cells"
+    sections = drawable.sections
+    asked = sum(last - first for first, last in selection.runs(sections, display))
+    drawn = sum(last - first for first, last in selection.drawn_runs(sections, display))
+    text = f"showing {show_integer(drawn)} of {show_integer(sections.total)} cells"
     limits = []
     if len(sections.order) < sections.total:
         limits.append(f"{show_integer(len(sections.order))} are kept")
-    if drawn < min(asked, wanted):
+    if drawn < asked:
         limits.append(f"{show_integer(selection.MAXIMUM_DRAWN)} are drawn")
     if limits:
         text += f" (at most {', '.join(limits)})"

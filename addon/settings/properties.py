@@ -70,11 +70,6 @@ def _deepest(group: Any) -> int | None:
     return None if drawable is None else drawable.extent.deepest
 
 
-def _last_step(group: Any) -> int | None:
-    drawable = session.current.drawable
-    return None if drawable is None else drawable.extent.last_step
-
-
 def _display_properties() -> dict[str, Any]:
     """Return what decides how cells are drawn; the overlay reads it."""
     return {
@@ -106,15 +101,6 @@ def _display_properties() -> dict[str, Any]:
             name="Planes",
             description="Draw the planes that cut inner nodes, each within its own cell",
             default=False, update=_redraw,
-        ),
-        "replay": BoolProperty(
-            name="Replay", description="Show the building up to one of its steps",
-            default=False, update=_redraw,
-        ),
-        **range_properties(
-            "step", _last_step, label="Build Step",
-            description="Step of the building; cells it made are white. Step 0 is the beginning",
-            update=_redraw,
         ),
         "opacity": FloatProperty(
             name="Opacity", description="Opacity of edges; tints and planes follow it",

@@ -2,8 +2,9 @@
 
 Every step of the build log (:mod:`..contract.build_log`) is one of the builder's: a cell is
 divided, two clusters are joined, an object is put in. Shown are the cells that were the leaves
-after a step, or the clusters that were left, by depth; red are those that the step has made, with
-the plane that was chosen. The figures are those of the log: what lies on either side, and the cost.
+after a step, or the clusters that were left, by depth, or all cells so far; red are those that the
+step has made, with the plane that was chosen, and fainter the planes before it, if they are asked
+for. The figures are those of the log: what lies on either side, and the cost.
 """
 
 from __future__ import annotations
@@ -28,11 +29,17 @@ from .drawing import RED, Faces, Lines, coloured, counted, picture_of, tinted
 from .lesson import Lesson, Play, Subject
 from .picture import Picture, Row
 
-MOST_BOXES, MOST_POLYHEDRA = 400, 150
-"""Cells that are drawn, the largest: boxes, and others, whose edges have to be found."""
-
 MOST_NEWEST = 60
 """Cells of one step that stand out, the largest: of a parallel builder a step makes a level."""
+
+MOST_PLANES = 300
+"""Planes of earlier steps, those of the largest cells."""
+
+MOST_BOXES, MOST_POLYHEDRA = 5000, 400
+"""Cells that can be drawn at a knob's pace: boxes, and others, whose edges have to be found."""
+
+LEAVES, FULL, ALL = "leaves", "full", "all"
+NEWEST = "newest"
 
 EARLY = 1, 4, 12, 40
 """Steps on a page."""
@@ -43,9 +50,24 @@ ONE_BY_ONE, FRAMES = 40, 120
 
 @dataclass(frozen=True)
 class Settings:
-    """The knob of the lesson."""
+    """The knobs of the lesson."""
 
     step: int = setting(20, "Step", "Steps of the builder so far; 0 is before the first", minimum=0)
+    cells: str = setting(
+        LEAVES, "Cells", "Which of the cells that were made so far are drawn",
+        choices={
+            LEAVES: "Those that would be the leaves, or the roots, if building ended here",
+            FULL: "Of those, the ones that do not end up as empty leaves",
+            ALL: "Those that were divided or joined, too",
+        },
+    )  # fmt: skip
+    planes: str = setting(
+        NEWEST, "Planes", "Which planes are drawn",
+        choices={NEWEST: "Those of this step", ALL: "Those of all steps so far"},
+    )  # fmt: skip
+    most: int = setting(
+        400, "Cells Drawn", "At most so many cells are drawn, the largest", minimum=1
+    )
 
 
 class ReplayOfBuilding(Play):
@@ -63,13 +85,16 @@ class ReplayOfBuilding(Play):
         self.made = self.cells.extra["order"]
         assert self.cells.replaced is not None
         self.replaced = self.cells.replaced
-        self.ends = {"step": int(max(log.last_step, self.made.max()))}
+        self.ends = {
+            "step": int(max(log.last_step, self.made.max())),
+            "most": MOST_BOXES if self.cells.faces is None else MOST_POLYHEDRA,
+        }
         progress.report(0, 2, "Sorting cells")
-        sizes = (self.cells.boxes[:, 3:] - self.cells.boxes[:, :3]).sum(axis=1)
-        self.largest_first = np.argsort(-sizes, kind="stable")
+        self.sizes = (self.cells.boxes[:, 3:] - self.cells.boxes[:, :3]).sum(axis=1)
+        self.largest_first = np.argsort(-self.sizes, kind="stable")
         progress.report(1, 2, "Looking at planes")
         self.planes = planes_of(self.cells, log)
-        self.most = MOST_BOXES if self.cells.faces is None else MOST_POLYHEDRA
+        self.is_empty = self.cells.is_leaf & (self.cells.count == 0)
         self.state = "left" if log.is_bottom_up else "so far"
         self.deepest = int(self.cells.depth.max())
 
@@ -86,16 +111,24 @@ class ReplayOfBuilding(Play):
         """Return the picture after a step."""
         step, cells = settings.step, self.cells
         there = self.there(step)
+        chosen = self.made <= step if settings.cells == ALL else there
         is_newest = (self.made == step) & (step > 0)
-        shown = self.largest(there & ~is_newest, self.most)
-        newest = self.largest(is_newest, MOST_NEWEST)
+        if settings.cells == FULL:
+            chosen = chosen & ~self.is_empty
+        shown = self.largest(chosen & ~is_newest, settings.most)
+        newest = self.largest(chosen & is_newest, min(settings.most, MOST_NEWEST))
         wires = wires_of(cells, shown)
         colours = np.column_stack([
             depth_colours(cells.depth[wires.edge_owners()], self.deepest),
             np.full(len(wires.edges), 0.35),
         ])  # fmt: skip
         parts: list[Lines | Faces] = [Lines(wires.segments(), colours)]
-        parts += self.planes_cut(step)
+        if self.planes is not None and step > 0:
+            # A cell is divided when others take its place.
+            cut = self.replaced[self.planes.owners]
+            if settings.planes == ALL:
+                parts += planes_drawn(self.planes, self.of_largest(cut < step), 0.08, 0.3)
+            parts += planes_drawn(self.planes, np.flatnonzero(cut == step)[:MOST_NEWEST], 0.3, 1.0)
         parts += [
             tinted(faces_of(cells, newest)[0], RED, 0.06),
             coloured(wires_of(cells, newest).segments(), RED),
@@ -105,8 +138,12 @@ class ReplayOfBuilding(Play):
         one, many = ("cluster", "clusters") if self.log.is_bottom_up else ("leaf", "leaves")
         left = counted(count, one, many)
         caption = f"Step {step} of {self.ends['step']}: {done}; {left} {self.state}"
-        if len(shown) + len(newest) < count:
-            caption += f", drawn: the largest {len(shown) + len(newest)}"
+        drawn, wanted = len(shown) + len(newest), int(chosen.sum())
+        if drawn < wanted:
+            caption += f", drawn: the largest {show_integer(drawn)}"
+            caption += f" of {show_integer(wanted)}" if wanted != count else ""
+        elif drawn != count:
+            caption += f", drawn: {counted(drawn, 'cell', 'cells')}"
         rows = (
             Row("Leaves" if not self.log.is_bottom_up else "Clusters", show_integer(count),
                 "What would be the leaves, or the roots, if building ended here"),
@@ -120,24 +157,13 @@ class ReplayOfBuilding(Play):
         """Return the places of the largest of some cells, ascending."""
         return np.sort(self.largest_first[which[self.largest_first]][:most])
 
-    def planes_cut(self, step: int) -> list[Lines | Faces]:
-        """Return the planes by which cells were divided in a step."""
-        if self.planes is None or step == 0:
-            return []
-        owners = self.planes.owners
-        # A cell is divided when others take its place.
-        cut = np.flatnonzero(self.replaced[owners] == step)[:MOST_NEWEST]
-        sizes = np.diff(self.planes.offsets)[cut]
-        points = [
-            self.planes.points[begin : begin + size]
-            for begin, size in zip(self.planes.offsets[cut], sizes, strict=True)
-        ]
-        if not points:
-            return []
-        offsets = np.concatenate([[0], np.cumsum(sizes)])
-        polygons = Polygons(np.concatenate(points), offsets, np.arange(len(cut)))
-        edges = outlines_of(polygons).segments()
-        return [tinted(triangles_of(polygons)[0], RED, 0.3), coloured(edges, RED)]
+    def of_largest(self, which: np.ndarray) -> np.ndarray:
+        """Return which of some planes are those of the largest cells, ascending."""
+        assert self.planes is not None
+        places = np.flatnonzero(which)
+        sizes = self.sizes[self.planes.owners[places]]
+        first = np.argsort(-sizes, kind="stable")[:MOST_PLANES]
+        return np.sort(places[first])
 
     def words(self, step: int) -> str:
         """Say what is done in a step."""
@@ -199,6 +225,23 @@ class ReplayOfBuilding(Play):
             return range(last + 1)
         later = np.geomspace(ONE_BY_ONE, last, FRAMES - ONE_BY_ONE)
         return [*range(ONE_BY_ONE), *sorted({round(step) for step in later.tolist()})]
+
+
+def planes_drawn(
+    planes: Polygons, places: np.ndarray, cover: float, opacity: float
+) -> list[Lines | Faces]:
+    """Return some planes: filled, `cover` opaque, and their outlines."""
+    if not len(places):
+        return []
+    sizes = np.diff(planes.offsets)[places]
+    points = [
+        planes.points[begin : begin + size]
+        for begin, size in zip(planes.offsets[places], sizes, strict=True)
+    ]
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    polygons = Polygons(np.concatenate(points), offsets, np.arange(len(places)))
+    edges = outlines_of(polygons).segments()
+    return [tinted(triangles_of(polygons)[0], RED, cover), coloured(edges, (*RED[:3], opacity))]
 
 
 def planes_of(cells: Cells, log: BuildLog) -> Polygons | None:

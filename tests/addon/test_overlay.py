@@ -6,6 +6,7 @@ engine that asks for a GPU context, so that is where the drawing is done there.
 
 from __future__ import annotations
 
+import dataclasses
 import gc
 import weakref
 from types import SimpleNamespace
@@ -37,7 +38,7 @@ WIDTH, HEIGHT = 240, 160
 def display(**changed):
     settings = {
         "show": True, "depth_min": 0, "depth_max": 1_000_000, "leaves_only": False,
-        "hide_empty": False, "tint_empty": False, "planes": False, "replay": False, "step": 0,
+        "hide_empty": False, "tint_empty": False, "planes": False,
         "opacity": 1.0, "line_width": 1.0, "colour_by": "depth",
     }  # fmt: skip
     return SimpleNamespace(**(settings | changed))
@@ -663,7 +664,7 @@ def test_planes_are_drawn_within_their_cells(canvas, colour_by):
     assert overlay.uploads() == before
 
 
-def replayed_cells():
+def stepped_cells():
     """Return a row of boxes: four cells in the order in which they are made, and divided.
 
     Each is divided by the next step into the next one, as far as boxes go: same box one level down.
@@ -680,68 +681,33 @@ def replayed_cells():
     )
 
 
-def test_a_part_of_the_building_is_shown(canvas):
-    boxes, cells = replayed_cells()
-    set_cells(cells)
-    canvas.draw(display())
-    before = overlay.uploads()
-    for step in range(8):
-        made = [place <= step for place in range(4)]
-        everything = display(replay=True, step=step)
-        assert lit(canvas, everything, boxes) == made
-        # Divided or not, there is a leaf: the node itself, or what it is divided into.
-        assert lit(canvas, display(replay=True, step=step, leaves_only=True), boxes) == made
-        shown = int((cells.extra["order"] <= step).sum())
-        assert overlay.shown_text(everything) == f"showing {shown} of 7 cells"
-        assert selection.visible(cells, everything).sum() == shown
-        leaves = display(replay=True, step=step, leaves_only=True)
-        assert selection.visible(cells, leaves).sum() == sum(made)
-    assert lit(canvas, display(step=1), boxes) == [True] * 4
-    assert overlay.uploads() == before
-
-
-def test_leaves_are_those_of_the_step(canvas):
-    """Of a cell and the one it is divided into, the colour tells which of both is drawn."""
-    boxes, cells = replayed_cells()
-    set_cells(cells)
-    x = (boxes[:, 0] / (2.0 * WIDTH / HEIGHT) + 1.0) * 0.5 * WIDTH
-    settings = display(replay=True, step=5, leaves_only=True, line_width=5.0)
-    row = canvas.draw(settings, FROM_FRONT, orthographic())[HEIGHT // 2, x.astype(int)]
-    shallow, deep = depth_colours([0, 1], 1)
-    # Cell 0 is divided since step 4; cell 1 in step 5, which made white ones; 2 and 3 are not yet.
-    np.testing.assert_allclose(row, [deep, [1, 1, 1], shallow, shallow], atol=0.012)
-
-
 def test_colours_by_order(canvas):
-    boxes, cells = replayed_cells()
+    boxes, cells = stepped_cells()
     set_cells(cells)
     x = (boxes[:, 0] / (2.0 * WIDTH / HEIGHT) + 1.0) * 0.5 * WIDTH
-    settings = display(colour_by="order", line_width=5.0, depth_max=0)
-    row = canvas.draw(settings, FROM_FRONT, orthographic())[HEIGHT // 2, x.astype(int)]
-    np.testing.assert_allclose(row, ramp(np.arange(4) / 6), atol=0.012)
+    for depth, steps in ((0, np.arange(4)), (1, np.arange(4, 7))):
+        settings = display(colour_by="order", line_width=5.0, depth_min=depth, depth_max=depth)
+        row = canvas.draw(settings, FROM_FRONT, orthographic())[HEIGHT // 2, x.astype(int)]
+        np.testing.assert_allclose(row[: len(steps)], ramp(steps / 6), atol=0.012)
     plain = make_cells(boxes, depth=np.arange(4))
     extent = selection.extent_of(plain)
     assert selection.coloured_by(extent, display(colour_by="order")) == "depth"
 
 
-def test_planes_appear_when_their_cell_is_divided(canvas):
-    boxes, cells = replayed_cells()
+def test_planes_have_the_colour_of_the_step_that_cuts_their_cell(canvas):
+    boxes, cells = stepped_cells()
     corners = np.stack(
         [boxes[:, [0, 1, 2]], boxes[:, [3, 1, 2]], boxes[:, [3, 1, 5]], boxes[:, [0, 1, 5]]], axis=1
     )
-    import dataclasses
-
     cells = dataclasses.replace(cells, planes=rectangles(corners[:3], np.arange(3)))
     set_cells(cells)
-    middle = 0.5 * (boxes[:3, 0] + boxes[:3, 3])
-    opacities = []
-    for step in range(8):
-        settings = display(replay=True, step=step, planes=True)
-        picture = canvas.draw(settings, FROM_FRONT, orthographic())
-        seen = [pixel(picture, place, 0.0).max() for place in middle]
-        assert [light > 0.02 for light in seen] == [step >= 4 + place for place in range(3)]
-        opacities.append(max(seen))
-    assert opacities[4] >= opacities[6] > 0.05  # more planes, each fainter
+    # Leaves lie one level down: what is seen of the first are outlines of planes.
+    settings = display(
+        planes=True, leaves_only=True, colour_by="order", depth_max=0, line_width=5.0
+    )
+    x = (boxes[:3, 0] / (2.0 * WIDTH / HEIGHT) + 1.0) * 0.5 * WIDTH
+    row = canvas.draw(settings, FROM_FRONT, orthographic())[HEIGHT // 2, x.astype(int)]
+    np.testing.assert_allclose(row, ramp(np.arange(4, 7) / 6), atol=0.012)
 
 
 def test_a_hundred_thousand_empty_leaves_are_a_tint_of_the_first(monkeypatch, canvas):

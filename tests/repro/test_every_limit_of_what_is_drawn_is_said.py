@@ -15,7 +15,7 @@ pytestmark = pytest.mark.bpy
 
 DISPLAY = SimpleNamespace(
     depth_min=0, depth_max=100, leaves_only=False, hide_empty=False, tint_empty=False,
-    planes=False, replay=False, step=0, colour_by="depth",
+    planes=False, colour_by="depth",
 )  # fmt: skip
 
 

@@ -28,7 +28,6 @@ def ranges(root, current):
         (root.lessons.ray, "event", len(lesson_view.current.play.walk.steps) - 1),
         (root.display, "depth_min", extent.deepest),
         (root.display, "depth_max", extent.deepest),
-        (root.display, "step", extent.last_step),
     ]
 
 
@@ -82,15 +81,13 @@ def test_knobs_of_lessons(bpy, root):
 def test_less_content_pulls_values_in_and_more_lets_them_out(bpy, traced, root, current):
     display = root.display
     display.depth_max = 500
-    whole, n_steps = display.depth_max, current.drawable.extent.last_step
-    display.step = n_steps
+    whole = display.depth_max
     root.structures.kdtree.max_depth = 3
     bpy.ops.accelscope.build()
     assert display.depth_max == current.drawable.extent.deepest == 3
-    assert display.step == current.drawable.extent.last_step < n_steps
     root.structures.kdtree.property_unset("max_depth")
     bpy.ops.accelscope.build()
-    assert (display.depth_max, display.step) == (whole, n_steps)
+    assert display.depth_max == whole
     # The largest depth means all of them, also of a deeper tree; a smaller one is kept.
     display.depth_max = whole - 1
     root.structures.kdtree.max_leaf_size = 1

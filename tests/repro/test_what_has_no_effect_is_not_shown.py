@@ -93,8 +93,6 @@ def test_before_a_build_there_is_no_depth_and_no_ray(draw: Any) -> None:
     assert "Nothing has been built yet" in layout.text
     active = layout.active_of()
     assert not active["planes"]
-    assert not active["replay"]
-    assert not active["step"]
     assert active["opacity"]
 
 
@@ -111,13 +109,9 @@ def test_display(bpy: Any, root: Any, draw: Any, structure: str) -> None:
     layout = draw("display")
     active = layout.active_of()
     assert all(active[name] for name in (*DEPTHS, "leaves_only", "hide_empty", "colour_by"))
-    assert [active[name] for name in ("planes", "replay", "step", "step_share")] == [
-        is_cut, has_steps, False, False,
-    ]  # fmt: skip
-    assert ("Planes and Replay: not of cells" in layout.text) == (not has_steps)
+    assert active["planes"] == is_cut
+    assert ("Planes: not of cells" in layout.text) == (not has_steps)
     assert ("Planes: these cells are joined" in layout.text) == (has_steps and not is_cut)
-    root.display.replay = True
-    assert draw("display").active_of()["step"] == has_steps
     root.display.show = False
     assert not any(draw("display").active_of().values())
 

@@ -20,7 +20,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from guide import (
-    CHECK_BOX,
     REFIT,
     build,
     changed,
@@ -373,9 +372,9 @@ def kd_tree() -> Steps:
 
 
 @session.step
-def planes_and_replay() -> Steps:
-    """Now *Planes* shows what cuts the cells, *Tint Empty* the empty leaves, *Replay* the building
-    step by step.
+def planes_and_steps() -> Steps:
+    """Now *Planes* shows what cuts the cells, *Tint Empty* the empty leaves; *Use My Mesh* with
+    the lesson *A Build, Step by Step* goes through the building.
     """
     display = settings().display
     display.depth_max = 4
@@ -385,14 +384,19 @@ def planes_and_replay() -> Steps:
     yield from seen("planes-and-empty")
     display.planes = display.tint_empty = False
     display.depth_max = 1000
-    yield from session.press("display.replay", across=CHECK_BOX)
-    x, y = yield from session.find("display.step_share", across=SLIDER)
+    settings().teaching.lesson = "replay"
+    yield from session.press("accelscope.use_my_mesh(")
+    yield lambda: taught("replay")
+    assert lesson().subject.structures[0] is results().built.structure
+    x, y = yield from session.find("replay.step_share", across=SLIDER)
     sidebar = session.region("UI")
     yield from session.drag((x, y), (x + 0.6 * sidebar.width, y))
-    yield lambda: display.step == int(results().cells.extra["order"].max())
+    knobs = settings().lessons.replay
+    yield lambda: knobs.step == int(results().cells.extra["order"].max())
     yield from session.drag((x, y), (x - 0.1 * sidebar.width, y))
     yield from seen("replay")
-    display.replay = False
+    yield from session.press("accelscope.end_lesson(", across=ALONE)
+    yield lambda: lesson().lesson is None
 
 
 @session.step

@@ -18,8 +18,6 @@ from session import Session, Steps
 MODULE = "bl_ext.user_default.accelscope"
 SIDEBAR = 340
 """Width of the sidebar in pixels: what a person would drag it to."""
-CHECK_BOX = 0.45
-"""Where a check box in front of a number is, as a share of that width."""
 HEADER = 0.112
 """Where the check box of a panel's header is, as a share of that width."""
 REFIT = 0.25

@@ -24,7 +24,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from guide import (
-    CHECK_BOX,
     HEADER,
     MODULE,
     build,
@@ -161,8 +160,8 @@ def lines() -> Steps:
 
 
 @session.step
-def planes_and_replay() -> Steps:
-    """A kd-tree: its planes, its empty leaves, and its building step by step."""
+def planes_and_empty_leaves() -> Steps:
+    """A kd-tree: its planes, its empty leaves, and the steps of its building."""
     overlay = part("addon.drawing.overlay")
     settings().structure = "kdtree"
     yield from build()
@@ -181,22 +180,13 @@ def planes_and_replay() -> Steps:
     over_viewport()
     yield 0.5
     station("tinted")
-    display.tint_empty = display.leaves_only = False
+    display.tint_empty = False
     uploads = overlay.uploads()
-    yield from session.press("display.replay", across=CHECK_BOX)
-    yield lambda: display.replay
-    yield from session.enter("display.step", "20")
-    yield lambda: display.step == 20
-    over_viewport()
-    yield 0.5
-    station("replay")
     display.colour_by = "order"
-    display.replay = False
-    display.leaves_only = True
     yield 0.5
     station("by-order")
     assert overlay.uploads() == uploads
-    for name in ("depth_max", "planes", "tint_empty", "replay", "step", "colour_by", "leaves_only"):
+    for name in ("depth_max", "planes", "tint_empty", "colour_by", "leaves_only"):
         reset(display, name)
     settings().structure = "bvh"
     yield from build()
@@ -204,27 +194,22 @@ def planes_and_replay() -> Steps:
 
 @session.step
 def hierarchies_in_steps() -> Steps:
-    """Hierarchies: planes, and the building step by step, from above and from below."""
+    """Hierarchies: planes, and the steps of the building, from above and from below."""
     display = settings().display
     for builder, has_planes in (("lbvh", True), ("ploc", False), ("binned_sah", True)):
         settings().structures.bvh.builder = builder
         yield from build()
-        cells = results().cells
-        assert (cells.planes is not None) == has_planes
+        assert (results().cells.planes is not None) == has_planes
         if has_planes:
             display.depth_max, display.planes = 4, True
             yield 0.5
             station(f"{builder}-planes")
             display.depth_max, display.planes = 100, False
-        display.replay = display.leaves_only = True
-        display.step = int(cells.extra["order"].max()) * (1 if has_planes else 3) // 4
-        yield 0.5
-        station(f"{builder}-replay")
-        display.replay, display.leaves_only = False, has_planes  # from below, leaves are all blue
+        display.leaves_only = has_planes  # from below, leaves are all blue
         display.colour_by = "order"
         yield 0.5
         station(f"{builder}-by-order")
-        for name in ("depth_max", "planes", "replay", "step", "colour_by", "leaves_only"):
+        for name in ("depth_max", "planes", "colour_by", "leaves_only"):
             reset(display, name)
     reset(settings().structures.bvh, "builder")
 

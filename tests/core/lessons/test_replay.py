@@ -112,3 +112,43 @@ def test_a_film_goes_faster_and_ends(lab):
     assert film[-1] == play.ends["step"]
     assert film == sorted(set(film))
     assert len(film) <= 121
+
+
+@pytest.mark.parametrize("spec", ["kdtree:max_leaf_size=8", "octree:max_depth=4"])
+def test_chosen_cells_and_planes_are_drawn(lab, spec):
+    scene = lab.small_scene("suzanne")
+    structure = build(scene, spec)
+    play = LESSON.play(Subject(scene, (structure,)), Settings(), SILENT)
+    cells, log = play.cells, structure.build_log
+    is_empty = cells.is_leaf & (cells.count == 0)
+    assert is_empty.any()
+    for step in (1, 9, 30):
+        there = play.there(step)
+        for choice, chosen in (
+            ("leaves", there), ("full", there & ~is_empty), ("all", play.made <= step),
+        ):  # fmt: skip
+            picture = play.picture(Settings(step, cells=choice))
+            ends = picture.segments.reshape(-1, 3)
+            # Every corner of a cell that is chosen is the end of a line.
+            corners = cells.boxes[chosen][:, [0, 1, 2]], cells.boxes[chosen][:, [3, 4, 5]]
+            drawn = {tuple(point) for point in ends.tolist()}
+            for corner in np.concatenate(corners).tolist():
+                assert tuple(corner) in drawn
+        every = play.picture(Settings(step, planes="all"))
+        n_planes = ((log.kind == SPLIT) & (log.step <= step)).sum()
+        filled = every.face_colours[:, 3]
+        # Two triangles a plane: those of this step stand out.
+        assert np.isclose(filled, 0.3).sum() == 2 * len(play.events(step))
+        assert np.isclose(filled, 0.08).sum() == 2 * (n_planes - len(play.events(step)))
+
+
+def test_as_many_cells_are_drawn_as_are_asked_for(lab):
+    scene = lab.small_scene("suzanne")
+    play = LESSON.play(Subject(scene, (build(scene, "kdtree"),)), Settings(), SILENT)
+    last = play.ends["step"]
+    few = play.picture(Settings(last, most=10))
+    newest = ((play.made == last) & play.there(last)).sum()
+    assert f"drawn: the largest {10 + newest}" in few.caption
+    assert "drawn" not in play.picture(Settings(last, most=5000)).caption
+    every = play.picture(Settings(last, cells="all", most=5000))
+    assert every.caption.endswith(f", drawn: {len(play.cells)} cells")
