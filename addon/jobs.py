@@ -50,6 +50,8 @@ class Job(Progress):
         What the work returned, once it is finished.
     error : Exception or None
         What it raised instead.
+    draft : object
+        What can be shown until then; None if there is nothing new.
     by : str
         Name of the class of the operator that started it.
     """
@@ -60,6 +62,7 @@ class Job(Progress):
         self.factor = 0.0
         self.result: Any = None
         self.error: BaseException | None = None
+        self.draft: Any = None
         self.started = time.monotonic()
         self._stop = threading.Event()
         # A daemon, so that a compilation under way does not keep Blender from ending.
@@ -82,6 +85,15 @@ class Job(Progress):
         self.factor = min(max(done / total, 0.0), 1.0) if total > 0 else 0.0
         if self._stop.is_set():
             raise Cancelled
+
+    def offer(self, draft: Any) -> None:
+        """Keep what can be shown meanwhile, in place of one that nobody has taken."""
+        self.draft = draft
+
+    def take_draft(self) -> Any:
+        """Return what can be shown meanwhile, but once; None if there is nothing new."""
+        draft, self.draft = self.draft, None
+        return draft
 
     def cancel(self) -> None:
         """Ask the work to stop; what it still returns is nobody's."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from typing import Any
 
 from .printing import print_lines, printable
 
@@ -30,6 +31,12 @@ class Progress:
 
     def announce(self, text: str) -> None:
         """Take note of a wait that nobody can say the length of, such as a compilation."""
+
+    def offer(self, draft: Any) -> None:
+        """Take what can be shown until the work is finished: a result, but a coarser one.
+
+        Nothing changes it any more.
+        """
 
 
 class TerminalProgress(Progress):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import bpy
@@ -26,6 +27,8 @@ class ACCELSCOPE_OT_play_lesson(jobs.JobOperator, bpy.types.Operator):
     refused_text = "Not shown"
     head_start = 0.1
 
+    _has_draft = False
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return not jobs.keep_waiting(cls) and lesson_view.is_taught(cls, context)
@@ -37,6 +40,7 @@ class ACCELSCOPE_OT_play_lesson(jobs.JobOperator, bpy.types.Operator):
         assert lesson is not None
         assert subject is not None
         settings = lesson_view.settings_of(context.scene, lesson)
+        self._ready = functools.partial(Ready, lesson, subject, settings=settings)
 
         built = session.current.built
         given = [s for s in subject.structures if built is not None and s is built.structure]
@@ -51,14 +55,32 @@ class ACCELSCOPE_OT_play_lesson(jobs.JobOperator, bpy.types.Operator):
 
         return work
 
+    def tick(self, context: bpy.types.Context) -> None:
+        """Show what the play has offered since the last tick, if anything."""
+        assert self._job is not None
+        draft = self._job.take_draft()
+        if draft is not None:
+            self._has_draft = show(self._ready(draft))
+
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        view, owner, (ready, drawable) = lesson_view.current, lesson_view.owner_scene(), result
-        if owner is not None and ready.subject is view.subject:  # no other lesson has come since
-            view.keep_play(ready)
-            view.follow(owner)
-            if drawable is not None:
-                session.current.set_cells(drawable)
+        ready, drawable = result
+        if show(ready) and drawable is not None:
+            session.current.set_cells(drawable)
         return ""
+
+    def give_up(self) -> None:
+        if self._has_draft:  # it stays, and the next knob has all of it played
+            lesson_view.current.played_with = None
+
+
+def show(ready: Ready) -> bool:
+    """Show what was played, if no other lesson has come since; return whether it is shown."""
+    view, owner = lesson_view.current, lesson_view.owner_scene()
+    if owner is None or ready.subject is not view.subject:
+        return False
+    view.keep_play(ready)
+    view.follow(owner)
+    return True
 
 
 CLASSES = (ACCELSCOPE_OT_play_lesson,)

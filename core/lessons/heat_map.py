@@ -6,12 +6,16 @@ not exceed; a few silhouettes would leave no colours for the rest otherwise. The
 is a histogram as well: a bar for every 64th of that range, as high as many pixels lie in it; pixels
 whose counter is 0 are in none.
 
+The map comes coarse first, every eighth pixel of every eighth row, then finer; no ray is traced
+twice for that.
+
 With *Stop at First Hit* rays end at the nearest hit; without they go on through all of the scene,
 as the lines do that the surface area heuristic is derived from.
 """
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -47,11 +51,17 @@ VIRIDIS = np.array([
 
 ASPECT = 4, 3
 
+QUERIES = {True: CLOSEST, False: ALL}
+"""How rays are traced that stop at the first hit, and those that do not."""
+
 BRIGHTEST = 0.995
 """Share of the pixels that the colours tell apart."""
 
 BARS, STRIP = 64, 0.12
 """Bars of the histogram, and its height in that of the map."""
+
+COARSE = 8, 4, 2, 1
+"""Of how many pixels in a row, and in a column, one is traced: at first, and at last."""
 
 CROSS = np.array((1.0, 0.2, 0.3))
 """Colour of the cross around the chosen pixel."""
@@ -96,19 +106,45 @@ def camera_of(scene: Scene) -> Camera:
 
 
 class HeatMap(Play):
-    """Counters of all pixels, with and without stopping at the first hit."""
+    """Counters of all pixels, with and without stopping at the first hit.
+
+    Attributes
+    ----------
+    apart : int
+        How far from each other pixels are whose rays have been traced, in rows and in columns. The
+        colour of each is that of all pixels up to the next; when all are traced, `apart` is 1.
+    counts : dict of bool to (height, width, number of counters) int32
+        Of rays that stop, and of those that do not.
+    """
 
     def __init__(self, subject: Subject, settings: Settings, progress: Progress) -> None:
         self.structure: Structure = subject.structures[0]
         self.width = settings.width
         self.height = max(self.width * ASPECT[1] // ASPECT[0], 1)
         self.rays: Rays = camera_rays(camera_of(subject.scene), self.width, self.height)
-        self.t, self.counts = {}, {}
-        for stop, query in ((True, CLOSEST), (False, ALL)):
-            hits, self.counts[stop] = self.structure.trace(self.rays, query, progress=progress)
-            self.t[stop] = hits.t
         self.cells = self.structure.cells(progress)
         self.ends = {"column": self.width - 1, "row": self.height - 1}
+        shape = self.height, self.width, len(self.structure.counters)
+        self.counts = {stop: np.zeros(shape, np.int32) for stop in QUERIES}
+        is_traced = np.zeros(shape[:2], dtype=bool)
+        for apart in COARSE:
+            is_next = np.zeros_like(is_traced)
+            is_next[::apart, ::apart] = True
+            is_next &= ~is_traced
+            is_traced |= is_next
+            some = self.rays.select(is_next.ravel())
+            for stop, query in QUERIES.items():
+                _, counts = self.structure.trace(some, query, progress=progress)
+                self.counts[stop][is_next] = counts.values
+            self.apart = apart
+            if apart > 1:
+                progress.offer(self.as_it_is())
+
+    def as_it_is(self) -> HeatMap:
+        """Return this map as a draft: rays that are traced later do not change it."""
+        draft = copy.copy(self)
+        draft.counts = {stop: counts.copy() for stop, counts in self.counts.items()}
+        return draft
 
     def film(self, lesson: Lesson) -> Sequence[Any]:
         """Return the counters that the structure has."""
@@ -121,22 +157,30 @@ class HeatMap(Play):
 
     def values(self, settings: Settings) -> np.ndarray | None:
         """Return the counter of every pixel, (height, width); None if it is not counted."""
-        counts = self.counts[settings.stop]
-        if settings.counter not in [each.name for each in counts.counters]:
+        names = [each.name for each in self.structure.counters]
+        if settings.counter not in names:
             return None
-        return counts[settings.counter].reshape(self.height, self.width)
+        counts = self.counts[settings.stop][:: self.apart, :: self.apart]
+        values = counts[..., names.index(settings.counter)]
+        whole = values.repeat(self.apart, axis=0).repeat(self.apart, axis=1)
+        return whole[: self.height, : self.width]
 
     def ray_shown(self, settings: Settings) -> Rays:
         """Return the ray of the chosen pixel."""
         return self.rays.select(np.array([settings.row * self.width + settings.column]))
 
+    def so_far(self) -> str:
+        """Return how many of them have been traced, in words; nothing if it is all."""
+        return f", so far one of {self.apart**2}" if self.apart > 1 else ""
+
     def picture(self, settings: Settings) -> Picture:
         """Return the map of a counter, and the ray of the chosen pixel in the scene."""
         pixel = settings.row * self.width + settings.column
-        query = CLOSEST if settings.stop else ALL
+        query = QUERIES[settings.stop]
         steps = self.structure.record(self.rays, pixel, query)
-        t_hit = float(self.t[settings.stop][pixel])
-        walk = Walk(self.structure, self.cells, self.rays, pixel, t_hit, steps)
+        # Its own ray, even if the colour of its pixel is still that of a neighbour.
+        hits, counts = self.structure.trace(self.ray_shown(settings), query, threads=1)
+        walk = Walk(self.structure, self.cells, self.rays, pixel, float(hits.t[0]), steps)
         segments, colours = segments_of(walk, palette=PALETTE)
         values = self.values(settings)
         until = "up to the first hit" if settings.stop else "through the whole scene"
@@ -153,11 +197,11 @@ class HeatMap(Play):
                 ("Mean", f"{values.mean():.2f}", "per ray, as in the record"),
                 ("95%", spread[2], "19 of 20 pixels have no more"),
                 ("Most", spread[3], "the dearest pixel"),
-                ("Chosen Pixel", str(values[settings.row, settings.column]), "that of the cross"),
+                ("Chosen Pixel", str(counts[counter.name][0]), "that of the cross"),
             )
         ]
         caption = (
-            f"{counter.label} of {self.width} x {self.height} rays {until}: "
+            f"{counter.label} of {self.width} x {self.height} rays {until}{self.so_far()}: "
             f"{spread[0]} to {spread[3]}, bright from {brightest_of(values):g} on, "
             f"{values.mean():.2f} per ray"
         )
@@ -202,7 +246,7 @@ def scale(fractions: np.ndarray, width: int, height: int) -> np.ndarray:
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
-    """Trace the rays of the picture, twice."""
+    """Trace the rays of the picture, twice; what is there so far can be shown meanwhile."""
     return HeatMap(subject, settings, progress)
 
 

@@ -141,7 +141,8 @@ class Lesson:
     sample : str
         The sample scene it is taught on: ``"suzanne:subdivisions=3"``.
     play : callable
-        Gets the subject, the settings and a Progress, and returns a :class:`Play`.
+        Gets the subject, the settings and a Progress, and returns a :class:`Play`. It may offer
+        coarser ones meanwhile (:meth:`..progress.Progress.offer`), complete by themselves.
         Raises InputError for a subject of which there is nothing to show, and Cancelled.
     Settings : type
         Its knobs.

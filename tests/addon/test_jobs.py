@@ -49,6 +49,29 @@ def run_modal(operator: Any, context: Any, seconds: float = 60.0) -> set[str]:
     raise TimeoutError
 
 
+def test_the_last_draft_is_taken_once(jobs: Any, context: Any) -> None:
+    offered, release = threading.Event(), threading.Event()
+
+    def work(progress: Progress) -> str:
+        progress.offer("coarse")
+        progress.offer("finer")
+        offered.set()
+        release.wait(60)
+        return "finest"
+
+    operator = make_operator(jobs, work)
+    shown: list[Any] = []
+    operator.tick = lambda context: shown.append(operator._job.take_draft())
+    assert operator.invoke(context, TIMER) == {"RUNNING_MODAL"}
+    assert offered.wait(60)
+    for _ in range(2):
+        assert operator.modal(context, TIMER) == {"PASS_THROUGH"}
+    assert shown == ["finer", None]
+    release.set()
+    assert run_modal(operator, context) == {"FINISHED"}
+    assert operator.stored == "finest"
+
+
 def test_work_runs_in_a_thread_and_is_stored(jobs: Any, context: Any) -> None:
     release = threading.Event()
 

@@ -54,8 +54,12 @@ class Example:
         self.go = threading.Event()
         self.go.set()
         self.fault: Exception | None = None
+        self.has_draft, self.offered = False, threading.Event()
 
     def play(self, subject: Any, settings: Knobs, progress: Any) -> Play:
+        if self.has_draft:
+            progress.offer(Lines(f"draft of {settings.kind}"))
+            self.offered.set()
         while not self.go.wait(0.01):
             progress.report(0, 1, "Waiting")
         if self.fault:
@@ -376,7 +380,8 @@ def windowed(
     from accelscope.operators.play_lesson import ACCELSCOPE_OT_play_lesson as Real
 
     class Operator(jobs.JobOperator):
-        prepare, finish, head_start = Real.prepare, Real.finish, 0.0
+        prepare, tick, finish, give_up = Real.prepare, Real.tick, Real.finish, Real.give_up
+        head_start, _has_draft = 0.0, False
 
         def report(self, kind: set[str], text: str) -> None:
             pass
@@ -444,6 +449,51 @@ def test_a_play_under_way_is_cancelled_by_esc(
     assert job.result is None
     assert view.picture.caption == "1 plain"
     assert example.played == ["plain"]
+
+
+def test_a_draft_is_shown_until_the_play_is_finished(
+    view: Any, example: Any, knobs: Any, jobs: Any, context: Any, windowed: Windowed
+) -> None:
+    example.go.clear()
+    example.has_draft = True
+    knobs.kind = "other"
+    windowed.tick()
+    (operator,), job = windowed.begun, jobs.running()
+    assert example.offered.wait(60.0)
+    assert operator.modal(context, TIMER) == {"PASS_THROUGH"}
+    assert view.picture.caption == "1 draft of other"
+    knobs.count = 3  # a knob that plays nothing anew
+    assert view.picture.caption == "3 draft of other"
+    assert (jobs.running(), windowed.timers) == (job, [])
+    example.go.set()
+    job.wait(60.0)
+    assert operator.modal(context, TIMER) == {"FINISHED"}
+    assert view.picture.caption == "3 other"
+
+
+def test_a_draft_stays_after_esc_and_the_next_knob_plays_all(
+    view: Any, example: Any, knobs: Any, jobs: Any, context: Any, windowed: Windowed
+) -> None:
+    example.go.clear()
+    example.has_draft = True
+    knobs.kind = "other"
+    windowed.tick()
+    (operator,), job = windowed.begun, jobs.running()
+    assert example.offered.wait(60.0)
+    assert operator.modal(context, TIMER) == {"PASS_THROUGH"}
+    assert operator.modal(context, ESC) == {"CANCELLED"}
+    job.wait(60.0)
+    assert view.picture.caption == "1 draft of other"
+    assert not view.fault
+    example.go.set()
+    knobs.count = 2
+    windowed.tick()
+    _, second = windowed.begun
+    jobs.running().wait(60.0)
+    while second.modal(context, TIMER) == {"PASS_THROUGH"}:
+        pass
+    assert view.picture.caption == "2 other"
+    assert example.played == ["plain", "other"]
 
 
 def test_a_play_of_what_is_gone_is_dropped(bpy: Any, view: Any, example: Any, knobs: Any) -> None:

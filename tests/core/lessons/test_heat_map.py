@@ -8,6 +8,7 @@ from accelscope.core.geometry.rays import ALL, CLOSEST
 from accelscope.core.lessons import lesson_named
 from accelscope.core.lessons.heat_map import (
     BARS,
+    COARSE,
     COUNTERS,
     CROSS,
     Settings,
@@ -17,7 +18,7 @@ from accelscope.core.lessons.heat_map import (
     viridis,
 )
 from accelscope.core.lessons.lesson import Subject
-from accelscope.core.progress import SILENT
+from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene.camera_rays import camera_rays
 
 LESSON = lesson_named("heat_map")
@@ -57,6 +58,70 @@ def test_colours_are_the_counters_of_the_rays(name, lab, build):
             assert rows["Chosen Pixel"] == str(values[2, 3])
             assert rows["Mean"] == f"{values.mean():.2f}"
             assert float(rows["Most"]) == values.max()
+
+
+class Drafts(Progress):
+    """Keeps what is offered, with the values that it has then; cancels after so many."""
+
+    def __init__(self, most=99):
+        self.drafts, self.values, self.most = [], [], most
+
+    def offer(self, draft):
+        self.drafts.append(draft)
+        self.values.append([draft.values(Settings(stop=stop)) for stop in (True, False)])
+
+    def report(self, done, total, text):
+        if len(self.drafts) == self.most:
+            raise Cancelled
+
+
+@pytest.mark.parametrize("width", [16, 37, 40])
+def test_the_map_comes_coarse_first(width, lab, build, monkeypatch):
+    structure = build("bvh", lab.small_scene("suzanne"))
+    subject = Subject(structure.scene, (structure,))
+    settings = Settings(column=3, row=2, width=width)
+    traced, trace = [], structure.trace
+
+    def noted(rays, query, **more):
+        traced.append((query, len(rays)))
+        return trace(rays, query, **more)
+
+    monkeypatch.setattr(structure, "trace", noted)
+    watch = Drafts()
+    play = LESSON.play(subject, settings, watch)
+    # Every ray once, with and without stopping.
+    for query in (CLOSEST, ALL):
+        assert sum(count for asked, count in traced if asked == query) == width * play.height
+    assert [draft.apart for draft in watch.drafts] == [apart for apart in COARSE if apart > 1]
+    for draft, then in zip(watch.drafts, watch.values, strict=True):
+        rows, columns = (
+            np.arange(count) // draft.apart * draft.apart for count in (play.height, width)
+        )
+        for stop, values in zip((True, False), then, strict=True):
+            chosen = dataclasses.replace(settings, stop=stop)
+            want = play.values(chosen)
+            np.testing.assert_array_equal(values, want[np.ix_(rows, columns)])
+            np.testing.assert_array_equal(draft.values(chosen), values)
+            coarse, fine = draft.picture(chosen), play.picture(chosen)
+            assert f"so far one of {draft.apart**2}:" in coarse.caption
+            assert "so far" not in fine.caption
+            # The chosen pixel is the same ray already.
+            (number,), (other,) = (
+                [row.text for row in each.rows if row.label == "Chosen Pixel"]
+                for each in (coarse, fine)
+            )
+            assert number == other == str(want[2, 3])
+            np.testing.assert_array_equal(coarse.segments, fine.segments)
+            assert draft.ends == play.ends
+
+
+@pytest.mark.parametrize("most", [1, 2])
+def test_a_map_can_be_cancelled_between_its_passes(most, lab, build):
+    structure = build("bvh", lab.small_scene("suzanne"))
+    watch = Drafts(most)
+    with pytest.raises(Cancelled):
+        LESSON.play(Subject(structure.scene, (structure,)), Settings(width=40), watch)
+    assert [draft.apart for draft in watch.drafts] == list(COARSE[:most])
 
 
 def test_the_scale_is_a_histogram():
