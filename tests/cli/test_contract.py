@@ -108,7 +108,7 @@ def test_a_record_has_the_keys_of_the_contract(evaluate):
     }  # fmt: skip
     assert record["statistics"]["sah_constants"] == {"C_trav": 1.2, "C_isect": 1.0}
     assert record["rays"]["name"] == "random_lines"
-    assert record["rays"]["settings"] == {"count": 500, "seed": 1}
+    assert record["rays"]["settings"] == {"count": 500, "seed": 1, "order": "automatic"}
     assert record["rays"]["count"] == 500
     assert record["build"]["seconds"] > 0
     assert record["trace"]["rays_per_second"] == 500 / record["trace"]["seconds"]
