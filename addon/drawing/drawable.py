@@ -73,13 +73,6 @@ class FaceBatch(NamedTuple):
     areas: Tally
 
 
-class BuildSteps(NamedTuple):
-    """When cells are made and replaced, (n,) int64 each; all 0 where nobody knows."""
-
-    made: np.ndarray
-    replaced: np.ndarray
-
-
 @dataclass(frozen=True)
 class Drawable:
     """Cells, and all that is drawn and said of them.
@@ -91,11 +84,11 @@ class Drawable:
     sections : Sections
     surface : float
         Of the box around all cells.
-    boxes, edges : Lines
+    boxes, edges : LineBatch
         The edges of the cells in the sections, as boxes or one by one.
-    plane_lines, plane_faces : Lines, Faces
+    plane_lines, plane_faces : LineBatch, FaceBatch
         The planes, the shallow ones.
-    empty_faces : Faces
+    empty_faces : FaceBatch
         The empty leaves, the shallow ones.
     n_shaped, n_planes, n_empty : int
         How many cells in the sections are drawn in their shape; how many planes and empty leaves
@@ -126,7 +119,7 @@ def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
     """
     progress.report(0, 1, "Preparing the picture")
     extent, sections = selection.extent_of(cells), selection.sections_of(cells)
-    steps = steps_of(cells)
+    made, replaced = steps_of(cells)
     is_empty = selection.is_empty(cells)
     empty = np.flatnonzero(is_empty)[: selection.MAXIMUM_FILLED]
     planes = _first_of(cells.planes, selection.MAXIMUM_FILLED)
@@ -135,21 +128,22 @@ def make_drawable(cells: Cells, progress: Progress = SILENT) -> Drawable:
     progress.report(0, 1, "Preparing the picture")
     return Drawable(
         cells, extent, sections, _surface_of(cells),
-        box_lines(cells, sections.order, shaped, steps),
-        edge_lines(cells, sections.order, shaped, steps, progress),
-        plane_lines(cells, planes, steps),
-        plane_faces(cells, planes, steps),
-        cell_faces(cells, empty, steps),
+        box_lines(cells, sections.order, shaped, made),
+        edge_lines(cells, sections.order, shaped, made, progress),
+        # A plane is there from the step on that divides its cell.
+        plane_lines(cells, planes, replaced),
+        plane_faces(cells, planes, replaced),
+        cell_faces(cells, empty, made),
         len(shaped), 0 if cells.planes is None else len(cells.planes.owners), int(is_empty.sum()),
     )  # fmt: skip
 
 
-def steps_of(cells: Cells) -> BuildSteps:
-    """Return when each cell is made and replaced."""
+def steps_of(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+    """Return when cells are made and replaced, (n,) int each; all 0 where nobody knows."""
     if cells.replaced is None:
         nothing = np.zeros(len(cells), dtype=np.int64)
-        return BuildSteps(nothing, nothing)
-    return BuildSteps(cells.extra["order"].astype(np.int64), cells.replaced)
+        return nothing, nothing
+    return cells.extra["order"], cells.replaced
 
 
 def _surface_of(cells: Cells) -> float:
@@ -163,20 +157,20 @@ def _surface_of(cells: Cells) -> float:
 # ------------------------------------------------------------------------------------------ lines
 
 
-def box_lines(cells: Cells, order: np.ndarray, shaped: np.ndarray, steps: BuildSteps) -> LineBatch:
+def box_lines(cells: Cells, order: np.ndarray, shaped: np.ndarray, steps: np.ndarray) -> LineBatch:
     """Return those of the cells `order` that are drawn as boxes: all but `shaped`."""
     is_box = np.ones(len(cells), dtype=bool)
     is_box[shaped] = False
     owners = order[is_box[order]]
     starts = np.concatenate([[0], np.cumsum(is_box[order])])
-    return _lines(cells, cells.boxes[owners].reshape(-1, 2, 3), owners, steps.made, starts)
+    return _lines(cells, cells.boxes[owners].reshape(-1, 2, 3), owners, steps, starts)
 
 
 def edge_lines(
     cells: Cells,
     order: np.ndarray,
     shaped: np.ndarray,
-    steps: BuildSteps,
+    steps: np.ndarray,
     progress: Progress = SILENT,
 ) -> LineBatch:
     """Return the edges of those of the cells `order` that are drawn in their shape, `shaped`."""
@@ -187,18 +181,17 @@ def edge_lines(
     sorting = np.argsort(positions, kind="stable")
     starts = np.searchsorted(positions[sorting], np.arange(len(order) + 1))
     owners = wires.edge_owners()[sorting]
-    return _lines(cells, wires.segments()[sorting], owners, steps.made, starts)
+    return _lines(cells, wires.segments()[sorting], owners, steps, starts)
 
 
-def plane_lines(cells: Cells, planes: Polygons | None, steps: BuildSteps) -> LineBatch:
+def plane_lines(cells: Cells, planes: Polygons | None, steps: np.ndarray) -> LineBatch:
     """Return the outlines of planes."""
     if planes is None:
         nothing = np.empty(0, np.int64)
-        return _lines(cells, np.empty((0, 2, 3)), nothing, steps.made, np.zeros(1, int))
+        return _lines(cells, np.empty((0, 2, 3)), nothing, steps, np.zeros(1, int))
     wires = outlines_of(planes)
     ends, owners = wires.segments(), wires.edge_owners()
-    # A plane is there from the step on that divides its cell.
-    return _lines(cells, ends, owners, steps.replaced, planes.offsets, of_cells=False)
+    return _lines(cells, ends, owners, steps, planes.offsets, of_cells=False)
 
 
 def _lines(
@@ -227,7 +220,7 @@ def _lines(
 # ------------------------------------------------------------------------------------------ faces
 
 
-def plane_faces(cells: Cells, planes: Polygons | None, steps: BuildSteps) -> FaceBatch:
+def plane_faces(cells: Cells, planes: Polygons | None, steps: np.ndarray) -> FaceBatch:
     """Return planes as triangles."""
     if planes is None:
         triangles, owners = np.empty((0, 3, 3)), np.empty(0, dtype=np.int64)
@@ -236,15 +229,15 @@ def plane_faces(cells: Cells, planes: Polygons | None, steps: BuildSteps) -> Fac
         triangles, owners = triangles_of(planes)
         per_plane = np.maximum(np.diff(planes.offsets) - 2, 0)
         starts, depth = np.concatenate([[0], np.cumsum(per_plane)]), cells.depth[planes.owners]
-    return _faces(triangles, cells.depth[owners], steps.replaced[owners], starts, depth)
+    return _faces(triangles, cells.depth[owners], steps[owners], starts, depth)
 
 
-def cell_faces(cells: Cells, places: np.ndarray, steps: BuildSteps) -> FaceBatch:
+def cell_faces(cells: Cells, places: np.ndarray, steps: np.ndarray) -> FaceBatch:
     """Return the faces of the cells `places`, which are ascending."""
     triangles, owners = faces_of(cells, places)
     starts = np.searchsorted(owners, np.append(places, len(cells)))
     depth = cells.depth[places]
-    return _faces(triangles, cells.depth[owners], steps.made[owners], starts, depth)
+    return _faces(triangles, cells.depth[owners], steps[owners], starts, depth)
 
 
 def _faces(

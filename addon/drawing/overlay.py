@@ -244,17 +244,15 @@ def _draw_faces(tools: _Tools, drawn: _Drawn, display: Any) -> None:
     if display.planes:
         run = selection.depth_run(drawable.plane_faces.depth, display)
         if run[1] > run[0]:
-            by_count = selection.coloured_by(drawable.extent, display) == "count"
             shader = _bind_faces(tools, drawable, drawable.plane_faces, display, PLANE_COVER)
-            if by_count:
-                _set_plain_colour(shader, INNER_COLOUR)
             shader.uniform_sampler("faces", drawn.plane_faces)
             _draw_run(shader, tools.triangle, drawable.plane_faces.starts, *run)
     if display.tint_empty:
         run = selection.depth_run(drawable.empty_faces.depth, display)
         if run[1] > run[0]:
             shader = _bind_faces(tools, drawable, drawable.empty_faces, display, TINT_COVER)
-            _set_plain_colour(shader, EMPTY_TINT)
+            shader.uniform_int("coloured_by", overlay_shader.COLOURINGS["plain"])
+            shader.uniform_float("plain_colour", EMPTY_TINT)
             shader.uniform_sampler("faces", drawn.empty_faces)
             _draw_run(shader, tools.triangle, drawable.empty_faces.starts, *run)
 
@@ -262,7 +260,10 @@ def _draw_faces(tools: _Tools, drawn: _Drawn, display: Any) -> None:
 def _bind_faces(
     tools: _Tools, drawable: Drawable, faces: FaceBatch, display: Any, cover: float
 ) -> gpu.types.GPUShader:
-    """Bind the shader of faces, to draw them coloured as cells and so opaque that all `cover`."""
+    """Bind the shader of faces, to draw them coloured as cells and so opaque that all `cover`.
+
+    Coloured by count they are plain: they have none, as inner nodes.
+    """
     shader = tools.faces_shader
     shader.bind()
     overlay_shader.set_view(shader)
@@ -273,12 +274,6 @@ def _bind_faces(
     opacity = face_opacity(area, drawable.surface, cover * strength)
     shader.uniform_float("opacity", opacity)
     return shader
-
-
-def _set_plain_colour(shader: gpu.types.GPUShader, colour: tuple[float, float, float]) -> None:
-    """Have all faces drawn in one colour."""
-    shader.uniform_int("coloured_by", overlay_shader.COLOURINGS["plain"])
-    shader.uniform_float("plain_colour", colour)
 
 
 def _draw_lines(tools: _Tools, drawn: _Drawn, display: Any, pixel_size: float) -> None:

@@ -91,11 +91,10 @@ void main()
   if (coloured_by == BY_COUNT) {
     fraction = log(1.0 + max(upper.w, 0.0)) / log(1.0 + maximum);
   }
-  line_colour = vec4(1.0, 1.0, 1.0, opacity);
   if (coloured_by == BY_ORDER) {
     fraction = TEXEL(steps, item / 4)[item % 4] / maximum;
   }
-  line_colour.rgb = ramp_colour(fraction);
+  line_colour = vec4(ramp_colour(fraction), opacity);
   if (upper.w == 0.0) {
     line_colour.a *= EMPTY_OPACITY;
   }

@@ -21,10 +21,10 @@ MAXIMUM_DRAWN = 500_000
 """Cells drawn at most; of more, leaves come first, then inner nodes, then the shallow ones."""
 
 MAXIMUM_HELD = 2_000_000
-"""Cells uploaded at most, 32 bytes each; of more, every section has its shallow ones."""
+"""Cells uploaded at most, 36 bytes each; of more, every section has its shallow ones."""
 
 MAXIMUM_CORNERS = 4_000_000
-"""Corners of the faces of those that are no boxes: no more edges than that, 32 bytes each."""
+"""Corners of the faces of those that are no boxes: no more edges than that, 36 bytes each."""
 
 MOST_DEPTH = 2**31 - 1
 """No depth is larger: they are kept in 32 bits."""
