@@ -8,6 +8,7 @@ from bpy_extras import view3d_utils
 
 from ..addon import jobs
 from ..addon.drawing import picture_overlay
+from ..addon.drawing.viewport import window_of
 from ..addon.results import lesson_view
 
 
@@ -47,9 +48,7 @@ class ACCELSCOPE_OT_pick_ray(bpy.types.Operator):
         if event.type != "LEFTMOUSE" or event.value != "PRESS":
             return {"PASS_THROUGH"}
         self.cancel(context)
-        region = next((each for each in context.area.regions if each.type == "WINDOW"), None)
-        if region is None:
-            return {"CANCELLED"}
+        region = window_of(context.area)
         place = event.mouse_x - region.x, event.mouse_y - region.y
         if not (0 <= place[0] < region.width and 0 <= place[1] < region.height):
             return {"CANCELLED"}

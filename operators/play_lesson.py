@@ -40,7 +40,7 @@ class ACCELSCOPE_OT_play_lesson(jobs.JobOperator, bpy.types.Operator):
         assert lesson is not None
         assert subject is not None
         settings = lesson_view.settings_of(context.scene, lesson)
-        self._ready = functools.partial(Ready, lesson, subject, settings=settings)
+        ready = self._ready = functools.partial(Ready, lesson, subject, settings=settings)
 
         built = session.current.built
         given = [s for s in subject.structures if built is not None and s is built.structure]
@@ -51,7 +51,7 @@ class ACCELSCOPE_OT_play_lesson(jobs.JobOperator, bpy.types.Operator):
             with announcing(progress, "the lesson"):
                 play = lesson.play(subject, settings, progress)
             drawable = drawable_since(made, given[0], progress) if given else None
-            return Ready(lesson, subject, play, settings), drawable
+            return ready(play), drawable
 
         return work
 

@@ -74,8 +74,7 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
         from ..core.lessons import lesson_named
         from ..sample_scenes import sample_and_settings
 
-        chosen = lesson_view.chosen(context.scene)
-        lesson = lesson_named(self.lesson) if self.lesson else chosen
+        lesson = lesson_named(self.lesson) if self.lesson else lesson_view.chosen(context.scene)
         settings = lesson_view.settings_of(context.scene, lesson)
         root, is_own = context.scene.accelscope, self.subject != SAMPLE
         taken, given = None, []

@@ -56,13 +56,13 @@ def label_beside(field: dataclasses.Field, value: Any) -> str:
     return f"{label} ({unset.capitalize()})" if is_open else label
 
 
-def draw_range(layout: bpy.types.UILayout, group: Any, name: str, text: str | None = None) -> None:
+def draw_range(layout: bpy.types.UILayout, group: Any, name: str) -> None:
     """Draw a number that ends where its content ends, and its slider.
 
     See :mod:`..addon.settings.ranges`.
     """
     row = layout.row(align=True)
-    row.prop(group, name, text=text)
+    row.prop(group, name)
     row.prop(group, ranges.share_of(name), text="", slider=True)
 
 

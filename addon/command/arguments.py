@@ -63,7 +63,7 @@ class Parser(argparse.ArgumentParser):
         The subcommands that take knobs of a lesson, as options that nobody has declared.
     """
 
-    own_options: frozenset[str]
+    own_options: frozenset[str] = frozenset()
     knobbed: Mapping[str, Parser] = MappingProxyType({})
 
     def error(self, message: str) -> NoReturn:
@@ -84,7 +84,7 @@ class Parser(argparse.ArgumentParser):
 
     def add_argument(self, *names: str, **options: Any) -> argparse.Action:
         """Declare an argument, and remember its names: what else begins with -- may be a knob."""
-        self.own_options = getattr(self, "own_options", frozenset()) | frozenset(names)
+        self.own_options = self.own_options | frozenset(names)
         return super().add_argument(*names, **options)
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
