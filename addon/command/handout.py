@@ -11,7 +11,7 @@ from ...core.errors import InputError
 from ...sample_scenes import make_sample
 from .arguments import OpenFile
 from .lessons import folder_of, lesson_parser, say_if_speechless
-from .output import SOME_MISSING, complain, print_result, progress_of, reason_told, say
+from .output import SOME_MISSING, complain, complain_of, print_result, progress_of, say
 
 
 def add_parser(commands: argparse._SubParsersAction) -> None:
@@ -43,9 +43,7 @@ def run_handout(arguments: argparse.Namespace, open_file: OpenFile | None) -> in
                 subject = lesson.subject(make_sample(lesson.sample), progress)
                 handout.add(play(lesson, subject, lesson.Settings(), progress), progress)
         except Exception as error:  # a defect, too, is told, and is no reason to stop
-            arguments.stops.heed()
-            reason = reason_told(error)
-            complain(f"lesson {lesson.name}: {reason}")
+            reason = complain_of(arguments, f"lesson {lesson.name}", error)
             handout.add_failure(lesson, reason)
             failed += 1
     page = handout.write_page()

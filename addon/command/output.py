@@ -100,6 +100,27 @@ def reason_told(error: Exception) -> str:
     return f"a defect of AccelScope: {what}"
 
 
+def complain_of(arguments: argparse.Namespace, where: str, error: Exception) -> str:
+    """Print why a part of the work has failed, and return that without `where`.
+
+    A defect is printed as :func:`reason_told` does.
+
+    Parameters
+    ----------
+    where : str
+        Which part it is, for the message; empty where there is but one.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the reason is a stop.
+    """
+    arguments.stops.heed()
+    reason = reason_told(error)
+    complain(f"{where}: {reason}" if where else reason)
+    return reason
+
+
 def remark(text: str) -> None:
     """Print one line on standard error; names in it cannot steer the terminal."""
     print_lines(f"accelscope: {' '.join(text.split())}", sys.stderr)
@@ -223,18 +244,8 @@ class Results:
             return None, self.complain(where, error)
 
     def complain(self, where: str, error: Exception) -> str:
-        """Print why something is missing, and return that without `where`.
-
-        A defect is printed as :func:`reason_told` does.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            If the reason is a stop.
-        """
-        self._arguments.stops.heed()
-        reason = reason_told(error)
-        complain(reason if self._expected == 1 else f"{where}: {reason}")
+        """Print why something is missing, and return that, as :func:`complain_of` does."""
+        reason = complain_of(self._arguments, "" if self._expected == 1 else where, error)
         self._is_all_there = False
         return reason
 

@@ -14,7 +14,7 @@ from ...core.kernels import cache_directory, has_numba
 from ...core.progress import SILENT
 from ...sample_scenes import make_sample
 from .arguments import OpenFile
-from .output import SOME_MISSING, complain, print_result, progress_of, reason_told, say
+from .output import SOME_MISSING, complain_of, print_result, progress_of, say
 
 SAMPLE = "suzanne:subdivisions=0"
 
@@ -48,8 +48,7 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
         try:
             work()
         except Exception as error:  # a defect, too, is told, and is no reason to stop
-            arguments.stops.heed()
-            complain(f"{what}: {reason_told(error)}")
+            complain_of(arguments, what, error)
             failed += 1
     # What has failed will again: it is no reason to do all of it at every start.
     write_done()
