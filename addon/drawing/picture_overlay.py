@@ -20,9 +20,10 @@ from .labels import Room
 from .overlay import tag_redraw
 from .texts import BRIGHT, Colour, Screen
 from .viewport import room_in
+from .words import IMAGE_GAP, room_of_images, words_of
 
 if TYPE_CHECKING:  # only the types: their modules bring Numba in
-    from ...core.lessons.picture import Image, Picture, Row
+    from ...core.lessons.picture import Picture
 
 LINE_WIDTH = 1.8
 """Width of lines, in pixels on a screen of ordinary resolution."""
@@ -44,17 +45,6 @@ LARGE = 1.7
 
 MOST_FOR_FIGURES = 0.4
 """Share of the viewport's width that is kept free for figures at most."""
-
-IMAGE_SHARE = 0.36
-"""Width of an image, as a share of the viewport's, where its height allows that."""
-
-IMAGE_GAP = 4.0
-"""Pixels between an image and its name."""
-
-SMALLEST = 0.5
-"""How much smaller words become where they would not fit otherwise."""
-
-TOO_SMALL = "The viewport is too small for the figures: they are in the panel"
 
 
 class _Tools(NamedTuple):
@@ -87,24 +77,6 @@ class _Drawn:
     def images(self) -> list[gpu.types.GPUTexture]:
         """The images."""
         return [overlay_upload.image_texture(image.pixels) for image in self.picture.images]
-
-
-class _Words(NamedTuple):
-    """Where heading, figures and caption stand."""
-
-    heading: list[Room]
-    figures: list[Room]
-    caption: list[Room]
-
-    def fit(self, room: Room, taken: Sequence[Room]) -> bool:
-        """Say whether they are inside a room, and neither on each other nor on what is taken."""
-        above = [*self.heading, *self.figures]
-        floor = max([room.bottom, *(each.top for each in self.caption)])
-        return (
-            all(each.bottom >= floor and each.right <= room.right for each in above)
-            and all(each.top <= room.top for each in self.caption)
-            and not any(labels.meet(one, other, 0.0) for one in above for other in taken)
-        )
 
 
 class _State:
@@ -224,15 +196,15 @@ def room_for_lines(context: bpy.types.Context, area: bpy.types.Area, is_large: b
     room = room_in(area)
     if _state.drawn is None:
         return room
-    screen = Screen(text_size(context, is_large), (0.0, 0.0, 0.0))
+    screen, picture = Screen(text_size(context, is_large), (0.0, 0.0, 0.0)), _state.drawn.picture
     inner = screen.inside(room)
     taken = []
-    if _state.drawn.picture.images:
-        taken.append(_room_of_images(screen, _state.drawn.picture.images, inner))
+    if picture.images:
+        taken.append(room_of_images(screen, picture.images, inner))
         room = room._replace(right=taken[0].left)
     if not is_large:
         return room
-    screen, words = _words(screen, _state.drawn, inner, taken)
+    screen, words = words_of(screen, picture, _state.drawn.heading, inner, taken)
     # Figures stand at the left, the caption below; the heading is short.
     left = max((each.right for each in words.figures), default=room.left)
     left = min(left, room.left + MOST_FOR_FIGURES * (room.right - room.left))
@@ -321,9 +293,9 @@ def draw_texts_and_images(
     inner = screen.inside(room)
     taken = []
     if drawn.picture.images:
-        taken.append(_draw_image(screen, drawn, inner))
+        taken.append(_draw_images(screen, drawn, inner))
     if is_large:
-        screen_of_words, words = _words(screen, drawn, inner, taken)
+        screen_of_words, words = words_of(screen, drawn.picture, drawn.heading, inner, taken)
         screen_of_words.draw()
         taken += [*words.heading, *words.figures, *words.caption]
     marks = drawn.picture.marks
@@ -337,22 +309,10 @@ def draw_texts_and_images(
     screen.draw()
 
 
-def _room_of_images(screen: Screen, images: Sequence[Image], room: Room) -> Room:
-    """Return the lower right corner of a room, where images stand one above the other.
-
-    As wide as all of them with their names are no higher than the room.
-    """
-    shapes = sum(image.pixels.shape[0] / image.pixels.shape[1] for image in images)
-    names = len(images) * (2.0 * screen.text_size + IMAGE_GAP)
-    width = min(IMAGE_SHARE * (room.right - room.left), (room.top - room.bottom - names) / shapes)
-    width = max(width, 1.0)
-    return room._replace(left=room.right - width, top=room.bottom + width * shapes + names)
-
-
-def _draw_image(screen: Screen, drawn: _Drawn, room: Room) -> Room:
+def _draw_images(screen: Screen, drawn: _Drawn, room: Room) -> Room:
     """Draw the images one above the other in the lower right corner; return what they take."""
     assert _state.tools is not None
-    taken = _room_of_images(screen, drawn.picture.images, room)
+    taken = room_of_images(screen, drawn.picture.images, room)
     left, bottom, width = taken.left, taken.bottom, taken.right - taken.left
     for image, texture in zip(drawn.picture.images, drawn.images, strict=True):
         height = width * image.pixels.shape[0] / image.pixels.shape[1]
@@ -368,50 +328,3 @@ def _draw_image(screen: Screen, drawn: _Drawn, room: Room) -> Room:
         label = screen.add(name, left + 0.3 * screen.text_size, bottom + height + IMAGE_GAP)
         bottom = label.top + screen.text_size
     return taken
-
-
-def _words(
-    screen: Screen, drawn: _Drawn, room: Room, taken: Sequence[Room]
-) -> tuple[Screen, _Words]:
-    """Return heading, figures and caption on a screen of their own: smaller where they must be.
-
-    Parameters
-    ----------
-    screen : Screen
-        Of the size that they have where there is room.
-    taken : sequence of Room
-        Where images are, in the lower right corner.
-    """
-    for size in np.linspace(1.0, SMALLEST, 11):
-        own = Screen(size * screen.text_size, screen.behind)
-        words = _add_words(own, drawn, drawn.picture.rows, room, taken)
-        if words.fit(room, taken):
-            return own, words
-    own = Screen(SMALLEST * screen.text_size, screen.behind)
-    words = _add_words(own, drawn, (), room, taken)
-    top = min([room.top, *(each.bottom for each in words.heading)]) - own.line
-    lines = own.in_lines(TOO_SMALL, room.right - room.left)
-    figures = [own.add(text, room.left, top - n * own.line) for n, text in enumerate(lines)]
-    return own, words._replace(figures=figures)
-
-
-def _add_words(
-    screen: Screen, drawn: _Drawn, rows: Sequence[Row], room: Room, taken: Sequence[Room]
-) -> _Words:
-    """Add heading and figures at the upper left, the caption below."""
-    heading, figures, top = [], [], room.top - screen.text_size
-    if drawn.heading:
-        heading.append(screen.add(drawn.heading, room.left, top))
-        top -= 1.3 * screen.line
-    across = max((screen.size_of(row.label)[0] for row in rows), default=0.0) + screen.text_size
-    for row in rows:
-        figures.append(screen.add(row.label, room.left, top))
-        figures.append(screen.add(row.text, room.left + across, top))
-        top -= screen.line
-    right = min([room.right, *(each.left - screen.text_size for each in taken)])
-    lines = screen.in_lines(drawn.picture.caption, right - room.left)
-    caption = [
-        screen.add(text, room.left, room.bottom + number * screen.line)
-        for number, text in enumerate(reversed(lines))
-    ]
-    return _Words(heading, figures, caption)

@@ -11,9 +11,15 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from accelscope.addon.drawing import picture_overlay
 from accelscope.addon.drawing.labels import Room, meet
 from accelscope.addon.drawing.texts import Screen
+from accelscope.addon.drawing.words import (
+    IMAGE_GAP,
+    SMALLEST,
+    TOO_SMALL,
+    room_of_images,
+    words_of,
+)
 from accelscope.core.lessons.picture import Image, Picture, Row
 
 pytestmark = pytest.mark.bpy
@@ -22,17 +28,15 @@ CAPTION = "Step 7 of 12: what a caption says in a sentence or two about all that
 IMAGE = np.zeros((30, 40, 3))
 
 
-def words_of(size, width, height, n_rows, images=0):
+def placed(size, width, height, n_rows, images=0):
     rows = tuple(Row(f"Figure {number}", f"{number} of {n_rows}") for number in range(n_rows))
     picture = Picture(CAPTION, rows=rows, images=(Image("map", IMAGE),) * images)
     screen = Screen(size, (0.0, 0.0, 0.0))
     room = Room(50.0, 30.0, 50.0 + width, 30.0 + height)
     taken = []
     if images:
-        taken.append(picture_overlay._room_of_images(screen, picture.images, room))
-    own, words = picture_overlay._words(
-        screen, picture_overlay._Drawn(picture, "A Heading"), room, taken
-    )
+        taken.append(room_of_images(screen, picture.images, room))
+    own, words = words_of(screen, picture, "A Heading", room, taken)
     return own, words, room, taken
 
 
@@ -40,10 +44,10 @@ def words_of(size, width, height, n_rows, images=0):
 @pytest.mark.parametrize("size", [11.0, 19.0, 38.0])
 @pytest.mark.parametrize("n_rows", [1, 7, 13])
 def test_nothing_lies_on_anything(size, n_rows, images):
-    own, words, room, taken = words_of(size, 1000.0, 700.0, n_rows, images)
+    own, words, room, taken = placed(size, 1000.0, 700.0, n_rows, images)
     places = [*words.heading, *words.figures, *words.caption]
     assert len(words.figures) == 2 * n_rows
-    assert picture_overlay.SMALLEST * size <= own.text_size <= size
+    assert SMALLEST * size <= own.text_size <= size
     margin = 0.31 * own.text_size
     for number, place in enumerate(places):
         assert room.left - margin <= place.left < place.right <= room.right
@@ -54,16 +58,16 @@ def test_nothing_lies_on_anything(size, n_rows, images):
 
 
 def test_text_is_as_large_as_it_is_asked_to_be_where_there_is_room():
-    own, words, _, _ = words_of(19.0, 1000.0, 700.0, 7)
+    own, words, _, _ = placed(19.0, 1000.0, 700.0, 7)
     assert own.text_size == 19.0
     assert len(words.figures) == 14
 
 
 def test_a_window_that_is_too_small_says_so():
-    own, words, _, _ = words_of(38.0, 500.0, 300.0, 30)
-    assert own.text_size == picture_overlay.SMALLEST * 38.0
+    own, words, _, _ = placed(38.0, 500.0, 300.0, 30)
+    assert own.text_size == SMALLEST * 38.0
     said = " ".join(text for text, *_ in own._texts)
-    assert picture_overlay.TOO_SMALL in said
+    assert TOO_SMALL in said
     assert "Figure" not in said
     assert len(words.figures) >= 1
 
@@ -72,8 +76,8 @@ def test_a_window_that_is_too_small_says_so():
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_images_stand_inside(height, count):
     screen, room = Screen(19.0, (0.0, 0.0, 0.0)), Room(0.0, 0.0, 1000.0, height)
-    place = picture_overlay._room_of_images(screen, (Image("map", IMAGE),) * count, room)
-    names = count * (2.0 * 19.0 + picture_overlay.IMAGE_GAP)
+    place = room_of_images(screen, (Image("map", IMAGE),) * count, room)
+    names = count * (2.0 * 19.0 + IMAGE_GAP)
     assert place.top == pytest.approx(place.bottom + 0.75 * count * (1000.0 - place.left) + names)
     if names < height:
         assert place.top <= height + 1e-9
