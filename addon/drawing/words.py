@@ -36,11 +36,8 @@ class Words(NamedTuple):
         """Say whether they are inside a room, and neither on each other nor on what is taken."""
         above = [*self.heading, *self.figures]
         floor = max([room.bottom, *(each.top for each in self.caption)])
-        return (
-            all(each.bottom >= floor and each.right <= room.right for each in above)
-            and all(each.top <= room.top for each in self.caption)
-            and not any(meet(one, other, 0.0) for one in above for other in taken)
-        )
+        is_inside = all(each.bottom >= floor and each.right <= room.right for each in above)
+        return is_inside and not any(meet(one, other, 0.0) for one in above for other in taken)
 
 
 def room_of_images(screen: Screen, images: Sequence[Image], room: Room) -> Room:

@@ -28,8 +28,8 @@ CAPTION = "Step 7 of 12: what a caption says in a sentence or two about all that
 IMAGE = np.zeros((30, 40, 3))
 
 
-def placed(size, width, height, n_rows, images=0):
-    rows = tuple(Row(f"Figure {number}", f"{number} of {n_rows}") for number in range(n_rows))
+def placed(size, width, height, n_rows, images=0, more=""):
+    rows = tuple(Row(f"Figure {number}", f"{number} of {n_rows}{more}") for number in range(n_rows))
     picture = Picture(CAPTION, rows=rows, images=(Image("map", IMAGE),) * images)
     screen = Screen(size, (0.0, 0.0, 0.0))
     room = Room(50.0, 30.0, 50.0 + width, 30.0 + height)
@@ -61,6 +61,16 @@ def test_text_is_as_large_as_it_is_asked_to_be_where_there_is_room():
     own, words, _, _ = placed(19.0, 1000.0, 700.0, 7)
     assert own.text_size == 19.0
     assert len(words.figures) == 14
+
+
+@pytest.mark.parametrize(("width", "images"), [(600.0, 0), (1000.0, 2)])
+def test_long_figures_end_before_the_edge_and_before_images(width, images):
+    more = ", which is said in so many words that they reach from one side to the other"
+    own, words, room, taken = placed(19.0, width, 700.0, 3, images, more)
+    assert SMALLEST * 19.0 <= own.text_size < 19.0
+    assert len(words.figures) == 6
+    assert max(place.right for place in words.figures) <= room.right
+    assert not any(meet(place, other, 0.0) for place in words.figures for other in taken)
 
 
 def test_a_window_that_is_too_small_says_so():
