@@ -71,8 +71,8 @@ class Log(NamedTuple):
 class NoLog(NamedTuple):
     """In the place of a log, for batches: nothing is noted.
 
-    A type of its own, so that of a walk that is not recorded the compiler leaves out all notes: a
-    log without room, which is asked at each, takes a quarter to a half of the walk's time.
+    A type of its own, so that of a walk that is not recorded the compiler leaves out all notes. A
+    log without room, which is asked at each, made the walk of a hierarchy 3 to 12% slower.
 
     Attributes
     ----------

@@ -3,8 +3,10 @@
 Rays that follow each other through the same cells find these in the processor's cache, and the
 guesses it makes at the way of a walk are right more often. A batch of random lines has no such
 order. Sorted by where they enter the scene, and there by the octant of their direction, their walks
-take a quarter to a third less time; sorting, fetching the rays and putting the results where they
-belong takes half of that again. What each ray hits and counts is its own affair and the same.
+take a quarter to a third less time (binary hierarchies over 57,000 to a million triangles).
+Sorting, fetching the rays and putting the results where they belong takes two thirds to all of that
+again, so it pays over large scenes only. What each ray hits and counts is its own affair, and stays
+the same.
 
 The scene's box is divided into 2^BITS cells along each axis. The numbers of the cell in which a ray
 enters the box (or begins, if that is within) are interleaved to a Morton code, to which the signs

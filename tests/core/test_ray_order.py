@@ -158,3 +158,21 @@ def test_the_setting_of_the_rays_decides(monkeypatch):
     accelscope.trace(built, accelscope.rays(rays.origins, rays.directions), order=SORTED)
     accelscope.trace(built, "random_lines:count=9,order=as_given")
     assert asked == [AUTOMATIC, SORTED, AS_GIVEN, SORTED, AS_GIVEN]
+
+
+@needs_numba
+def test_rays_go_through_in_their_order(monkeypatch):
+    scene = make_sample("suzanne:subdivisions=0")
+    structure = structures()["bvh"].build(scene, structures()["bvh"].Settings())
+    rays = RandomLinesWorkload.make(scene, RandomLinesSettings(count=500))
+    gone = []
+    real = ray_order.taken
+    monkeypatch.setattr(
+        "accelscope.core.contract.structure.taken",
+        lambda batch, numbers: gone.append(numbers.copy()) or real(batch, numbers),
+    )
+    structure.trace(rays, threads=1, ray_order=AS_GIVEN)
+    assert not gone
+    structure.trace(rays, threads=1, ray_order=SORTED)
+    codes = codes_of(rays, box_of(scene))
+    assert np.array_equal(np.concatenate(gone), np.argsort(codes, kind="stable"))

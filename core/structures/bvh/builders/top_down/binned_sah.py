@@ -121,7 +121,7 @@ def choose_binned(rule, first, count, depth):
         if scale == np.inf:
             continue
         if count == 2 and len(rule.curve) == 0:
-            # Whatever parts them costs the same. They are a third of all nodes.
+            # Whatever parts them costs the same. They are over a third of all nodes.
             cost = area_of(boxes[first]) + area_of(boxes[first + 1])
             return axis, 0, 0.5 * (low + 1.0 / scale), cost
         for b in range(bins):
