@@ -194,6 +194,15 @@ def current(bpy: Any) -> Any:
     return session.current
 
 
+@pytest.fixture(name="view")
+def lesson_shown(bpy: Any) -> Iterator[Any]:
+    """What is shown of a lesson."""
+    from accelscope.addon.results import lesson_view
+
+    yield lesson_view.current
+    lesson_view.current.clear()
+
+
 @pytest.fixture
 def jobs(bpy: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """Jobs, whose operators take the way of a Blender with a window."""

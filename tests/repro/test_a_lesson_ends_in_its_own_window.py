@@ -13,15 +13,6 @@ pytestmark = pytest.mark.bpy
 
 
 @pytest.fixture
-def view(bpy: Any) -> Any:
-    """What is shown of a lesson."""
-    from accelscope.addon.results import lesson_view
-
-    yield lesson_view.current
-    lesson_view.current.clear()
-
-
-@pytest.fixture
 def window(bpy: Any) -> Any:
     """The window, with a mesh in its scene and a lesson chosen."""
     bpy.ops.mesh.primitive_cube_add()

@@ -25,15 +25,6 @@ def prepared(bpy: Any, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return subjects
 
 
-@pytest.fixture
-def view(bpy: Any) -> Any:
-    """What is shown of a lesson."""
-    from accelscope.addon.results import lesson_view
-
-    yield lesson_view.current
-    lesson_view.current.clear()
-
-
 def test_the_next_lesson_on_a_sample(bpy: Any, view: Any, prepared: list[str]) -> None:
     bpy.context.scene.accelscope.teaching.lesson = "sah_decision"
     bpy.ops.accelscope.teach()
