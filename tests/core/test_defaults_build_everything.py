@@ -3,9 +3,7 @@
 The expense is counted: the references of all cells of one depth, summed over the depths.
 """
 
-import importlib.util
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,14 +22,7 @@ from accelscope.core.structures.kdtree import FEW
 from accelscope.core.structures.octree import DUPLICATION as OCTREE_LIMIT
 from accelscope.core.structures.octree import levels_for
 from accelscope.core.structures.subdivision.settings import depth_limit
-
-# Tests are imported one by one, so that the module beside is found by its place.
-SPEC = importlib.util.spec_from_file_location(
-    "hard_scenes", Path(__file__).with_name("hard_scenes.py")
-)
-hard_scenes = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(hard_scenes)
-HARD_SCENES = hard_scenes.HARD_SCENES
+from hard_scenes import HARD_SCENES
 
 GRID_LIMIT = 2 * REFERENCES_PER_CELL * USUAL_DENSITY
 """Twice what is expected for a random place of the grid."""

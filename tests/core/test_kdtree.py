@@ -1,9 +1,6 @@
 """The kd-tree: one SAH tree by three builders, closed forms, hits, stopping, and bad input."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
+import kdtree_reference as reference
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
@@ -13,14 +10,6 @@ from accelscope.core.progress import SILENT, Cancelled, Progress
 from accelscope.core.scene import Scene
 from accelscope.core.structures import kdtree, structures
 from accelscope.sample_scenes import make_sample
-
-# Tests are imported one by one, so that the module beside is found by its place.
-SPEC = importlib.util.spec_from_file_location(
-    "kdtree_reference", Path(__file__).with_name("kdtree_reference.py")
-)
-reference = importlib.util.module_from_spec(SPEC)
-sys.modules[SPEC.name] = reference  # the kernels' cache asks for it there
-SPEC.loader.exec_module(reference)
 
 PLANES = ("cyclic", "longest", "object_median", "sah")
 WALKS = ("march", "segments", "neighbours", "recursive", "heap")

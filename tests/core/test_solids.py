@@ -1,6 +1,5 @@
 """Elementary solids: closed forms, a witness with longer numbers, and nothing that rays break."""
 
-import importlib.util
 import itertools
 import math
 import os
@@ -27,16 +26,7 @@ from accelscope.core.geometry.solids.description import (
 from accelscope.core.geometry.solids.making import mixed_of
 from accelscope.core.geometry.triangles import Triangles
 from accelscope.core.kernels import call, kernel
-
-SPEC = importlib.util.spec_from_file_location(
-    "solids_reference", Path(__file__).with_name("solids_reference.py")
-)
-solids_reference = importlib.util.module_from_spec(SPEC)
-sys.modules[SPEC.name] = solids_reference  # the kernels' cache asks for it there
-SPEC.loader.exec_module(solids_reference)
-EVERY_KIND, LONG = solids_reference.EVERY_KIND, solids_reference.LONG
-distance, first_crossing = solids_reference.distance, solids_reference.first_crossing
-rays_of, trace = solids_reference.rays_of, solids_reference.trace
+from solids_reference import EVERY_KIND, LONG, distance, first_crossing, rays_of, trace
 
 EPS = np.finfo(np.float64).eps
 OFF = 4.0

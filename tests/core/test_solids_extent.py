@@ -1,9 +1,6 @@
 """What is said of how far elementary solids extend holds, and no more than is needed."""
 
-import importlib.util
 import itertools
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,15 +11,7 @@ from accelscope.core.geometry.solids.description import Box, Cone, Disc, Placed,
 from accelscope.core.geometry.solids.making import mixed_of
 from accelscope.core.geometry.solids.mixed import can_be_clipped
 from accelscope.core.kernels import call, kernel
-
-SPEC = importlib.util.spec_from_file_location(
-    "solids_reference", Path(__file__).with_name("solids_reference.py")
-)
-solids_reference = importlib.util.module_from_spec(SPEC)
-sys.modules[SPEC.name] = solids_reference  # the kernels' cache asks for it there
-SPEC.loader.exec_module(solids_reference)
-EVERY_KIND, distance = solids_reference.EVERY_KIND, solids_reference.distance
-rays_of, trace = solids_reference.rays_of, solids_reference.trace
+from solids_reference import EVERY_KIND, distance, rays_of, trace
 
 EPS = np.finfo(np.float64).eps
 SHEAR = [[1.0, 0.5, 0.2, 1], [0.1, 0.7, -0.4, 2], [0.3, 0.2, 1.5, -1]]

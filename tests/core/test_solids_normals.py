@@ -1,9 +1,5 @@
 """Normals of solids: closed forms, and the surfaces around the points that rays hit."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from accelscope.core.geometry.geometry import in_order, normals_at
@@ -19,15 +15,7 @@ from accelscope.core.geometry.solids.description import (
     Triangle,
 )
 from accelscope.core.geometry.solids.making import mixed_of
-
-SPEC = importlib.util.spec_from_file_location(
-    "solids_reference", Path(__file__).with_name("solids_reference.py")
-)
-solids_reference = importlib.util.module_from_spec(SPEC)
-sys.modules[SPEC.name] = solids_reference  # the kernels' cache asks for it there
-SPEC.loader.exec_module(solids_reference)
-EVERY_KIND, distance = solids_reference.EVERY_KIND, solids_reference.distance
-rays_of, trace = solids_reference.rays_of, solids_reference.trace
+from solids_reference import EVERY_KIND, distance, rays_of, trace
 
 STEP = 1e-8
 """How far the surface is followed from a hit: less than any item's radius of curvature."""

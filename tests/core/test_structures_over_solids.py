@@ -1,9 +1,5 @@
 """Every structure over elementary solids: the hits of testing each item, bit for bit."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from accelscope.core.evaluation.rays.workloads import random_lines
@@ -21,14 +17,7 @@ from accelscope.core.geometry.solids.description import (
 )
 from accelscope.core.geometry.solids.making import mixed_of
 from accelscope.core.scene import Scene
-
-SPEC = importlib.util.spec_from_file_location(
-    "solids_reference", Path(__file__).with_name("solids_reference.py")
-)
-solids_reference = importlib.util.module_from_spec(SPEC)
-sys.modules[SPEC.name] = solids_reference  # the kernels' cache asks for it there
-SPEC.loader.exec_module(solids_reference)
-trace = solids_reference.trace
+from solids_reference import trace
 
 
 def some_items(count=300, seed=0):
