@@ -11,6 +11,7 @@ from ..addon import jobs
 from ..addon.results import lesson_view
 from ..addon.results.lesson_view import Ready
 from ..core.progress import Progress
+from .teach import begin
 
 
 class ACCELSCOPE_OT_step_this_ray(jobs.JobOperator, bpy.types.Operator):
@@ -47,11 +48,9 @@ class ACCELSCOPE_OT_step_this_ray(jobs.JobOperator, bpy.types.Operator):
         return work
 
     def finish(self, context: bpy.types.Context, result: Any) -> str:
-        view, owner = lesson_view.current, lesson_view.owner_scene()
+        owner = lesson_view.owner_scene()
         if owner is not None:
-            view.begin(result, owner, view.is_own)
-            owner.accelscope.teaching.lesson = result.lesson.name
-            view.follow(owner)
+            begin(result, owner, lesson_view.current.is_own)
         return result.lesson.label
 
 

@@ -123,11 +123,10 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
         ready, items, label, look, drawable = result
         if drawable is not None:
             session.current.set_cells(drawable)
-        view = lesson_view.current
         if label:
             before, lesson = context.scene, ready.lesson
             owner = lesson_scene.open_scene(
-                context.window, lesson.name, ready.subject.scene, label, items
+                context.window, lesson.sample, ready.subject.scene, label, items
             )
             # A scene that is new is followed by nobody yet.
             lesson_view.copy_settings(lesson, before, owner)
@@ -140,24 +139,30 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
         session.current.lesson_look = look
         session.current.watch()
         left = lesson_view.owner_scene()
-        view.begin(ready, owner, is_own=not label)
-        # Now that the lesson is the one that is taught, naming it asks for no other.
-        owner.accelscope.teaching.lesson = ready.lesson.name
+        begin(ready, owner, is_own=not label)
         if left is not None and left != owner:
             film.free_timeline(left)
             lesson_view.rearrange()
-        view.follow(owner)
-        if film.is_on_timeline(owner):
-            film.bind_timeline(owner)
         area = largest(context.window)
         if area is not None and context.window.scene == owner:
             arrange(area)
             turn_to_front(area)
-            view.frame(context, area)
+            lesson_view.current.frame(context, area)
         return ready.lesson.label
 
     def give_up(self) -> None:
         session.current.watch()
+
+
+def begin(ready: Ready, owner: bpy.types.Scene, is_own: bool) -> None:
+    """Show a lesson over a scene, name it in the list, and put its film where the last one was."""
+    view = lesson_view.current
+    view.begin(ready, owner, is_own)
+    # Now that the lesson is the one that is taught, naming it asks for no other.
+    owner.accelscope.teaching.lesson = ready.lesson.name
+    view.follow(owner)
+    if film.is_on_timeline(owner):
+        film.bind_timeline(owner)
 
 
 CLASSES = (ACCELSCOPE_OT_teach,)

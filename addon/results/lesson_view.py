@@ -73,6 +73,8 @@ class LessonView:
     picture : Picture
     owner : int
         Session id of the Blender scene over which it is drawn.
+    sample : str
+        Which sample of a lesson that scene has; empty if it has none.
     is_own : bool
         Whether it is about the user's own mesh.
     fault : str
@@ -86,6 +88,7 @@ class LessonView:
     settings: Any = None
     picture: Picture | None = None
     owner: int = 0
+    sample: str = ""
     is_own: bool = False
     fault: str = ""
 
@@ -94,7 +97,7 @@ class LessonView:
     def begin(self, ready: Ready, owner: bpy.types.Scene, is_own: bool) -> None:
         """Show a lesson, over a scene of Blender's."""
         self.lesson, self.subject, self.is_own = ready.lesson, ready.subject, is_own
-        self.owner = owner.session_uid
+        self.owner, self.sample = owner.session_uid, lesson_scene.sample_in(owner)
         self.hide_cells(owner)
         self.keep_play(ready)
 
@@ -216,7 +219,7 @@ class LessonView:
         """Show nothing any more; viewports are left as they are."""
         self.lesson = self.subject = self.play = self.picture = None
         self.played_with = self.settings = None
-        self.owner, self.is_own, self.fault = 0, False, ""
+        self.owner, self.sample, self.is_own, self.fault = 0, "", False, ""
         picture_overlay.hide()
         overlay.hide_cells_in(0)
 
@@ -391,9 +394,7 @@ def _after_undo(*_: Any) -> None:
 
 def _is_still_about(scene: bpy.types.Scene) -> bool:
     """Say whether a scene still names the lesson that is shown, and has its sample."""
-    assert current.lesson is not None
-    has_sample = current.is_own or lesson_scene.lesson_in(scene) == current.lesson.name
-    return has_sample and chosen(scene) == current.lesson
+    return lesson_scene.sample_in(scene) == current.sample and chosen(scene) == current.lesson
 
 
 HANDLERS = (

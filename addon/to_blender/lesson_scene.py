@@ -22,7 +22,7 @@ HOME = "accelscope_home"
 OURS = "accelscope_lesson"
 """Property of scene, objects, collections and texts that are there for a lesson alone.
 
-The scene's says which: undo brings back the sample of another lesson, and its name with it.
+The scene's says which sample it has: undo brings back that of another lesson, and this with it.
 """
 
 
@@ -31,20 +31,20 @@ def is_ours(owner: bpy.types.ID) -> bool:
     return OURS in owner
 
 
-def lesson_in(owner: bpy.types.Scene) -> str:
-    """Return the name of the lesson whose sample a scene has; "" if it has none."""
+def sample_in(owner: bpy.types.Scene) -> str:
+    """Return which sample of a lesson a scene has, as the lesson says it; "" if it has none."""
     return str(owner.get(OURS, ""))
 
 
 def open_scene(
-    window: bpy.types.Window, lesson: str, scene: Scene, label: str, items: Sequence[Item] | None
+    window: bpy.types.Window, sample: str, scene: Scene, label: str, items: Sequence[Item] | None
 ) -> bpy.types.Scene:
     """Show a sample in the scene for lessons, and that in a window; return it.
 
     Parameters
     ----------
-    lesson : str
-        Its name.
+    sample : str
+        Which it is, with its settings.
     label : str
         Of the sample.
     items : sequence of Item, optional
@@ -57,7 +57,7 @@ def open_scene(
         owner[HOME] = home
         owner.render.engine = home.render.engine
         window.scene = owner
-    owner[OURS] = lesson
+    owner[OURS] = sample
     empty(owner)
     collection = add_scene(owner, scene, label, items)
     collection[OURS] = True
