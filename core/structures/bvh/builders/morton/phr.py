@@ -60,10 +60,16 @@ from .....parallel import Team
 from .....progress import Progress
 from .....settings import setting
 from ...topology.tree import Builder, Grouping, Primitives, Tree, find_ranges
-from ..top_down.binned_sah import BinnedSettings, bin_of
+from ..top_down.binned_sah import (
+    BinnedSettings,
+    bin_of,
+    bins_for,
+    choose_between_bins,
+    scale_along,
+    weight_of,
+)
 from ..top_down.recursion import (
     Limits,
-    axis_at,
     choose,
     divide,
     enclose,
@@ -128,6 +134,7 @@ class Cuts(NamedTuple):
     ----------
     limits : Limits
     bounds : (2, 6) float64
+    curve : (0, 5) float64
     auxiliary : Auxiliary
     thresholds : (MAXIMUM_DEPTH,) float64
         Surface area by depth above which clusters are opened.
@@ -143,6 +150,7 @@ class Cuts(NamedTuple):
 
     limits: Limits
     bounds: np.ndarray
+    curve: np.ndarray
     auxiliary: Auxiliary
     thresholds: np.ndarray
     clusters: np.ndarray
@@ -153,8 +161,8 @@ class Cuts(NamedTuple):
     side_box: np.ndarray
 
 
-@inner
-def size_of(rule, row):
+@implements(weight_of, Cuts, inline=True)
+def weight_of_cluster(rule, row):
     """Return how many references the cluster of a row has."""
     cluster = rule.clusters[row]
     return rule.auxiliary.end[cluster] - rule.auxiliary.begin[cluster]
@@ -173,7 +181,7 @@ def end_of_cut(rule, first, count):
     """Return the row behind the last cluster of a node."""
     row, last = first, first + count
     while first < last:
-        first += size_of(rule, row)
+        first += weight_of(rule, row)
         row += 1
     return row
 
@@ -224,86 +232,19 @@ def enclose_centres(rule, first, end):
             centres[3 + axis] = centre if centre > high else high
 
 
-@inner
-def scale_along(rule, axis, bins):
-    """Return how many bins there are per unit of doubled centres; 0 if nothing tells them apart."""
-    extent = rule.bounds[1, 3 + axis] - rule.bounds[1, axis]
-    if not extent > 0.0:
-        return 0.0
-    scale = bins * (1.0 - 1e-6) / extent
-    return scale if scale < np.inf else 0.0
-
-
-@inner
-def bins_for(rule, clusters):
-    """Return how many bins are used: more than clusters would mostly be empty."""
-    return min(len(rule.bin_counts), 4 + clusters)
-
-
 @implements(choose, Cuts)
 def choose_in_cut(rule, first, count, depth):
-    """Refine the cut, and take the cheapest of 3 (bins - 1) planes between clusters.
+    """Refine the cut, and take the cheapest plane between clusters at the borders of bins.
 
-    `place` is the bin that it is behind. Where nothing tells the clusters apart all are opened, for
-    a node that no plane divides is split by index.
+    Where nothing tells the clusters apart all are opened, for a node that no plane divides is split
+    by index.
     """
     end = refine(rule, first, end_of_cut(rule, first, count), rule.thresholds[depth])
     enclose_centres(rule, first, end)
-    bin_boxes, bin_counts, right_costs = rule.bin_boxes, rule.bin_counts, rule.right_costs
-    side, bins = rule.side_box, bins_for(rule, end - first)
-    if end == first + 2:
-        return choose_between_two(rule, first, depth, bins)
-    best_axis, best_bin, best_position, best_cost = -1, 0, 0.0, np.inf
-    for turn in range(3):
-        axis = axis_at(rule.limits, depth, turn)
-        low, scale = rule.bounds[1, axis], scale_along(rule, axis, bins)
-        if scale == 0.0:
-            continue
-        for b in range(bins):
-            bin_counts[b] = 0
-            clear(bin_boxes[b])
-        for row in range(first, end):
-            b = bin_of(rule.boxes[row], axis, low, scale, bins)
-            bin_counts[b] += size_of(rule, row)
-            include(bin_boxes[b], rule.boxes[row])
-        # From the right: right_costs[b] is SA N of everything behind bin b.
-        clear(side)
-        n = 0
-        for b in range(bins - 1, 0, -1):
-            include(side, bin_boxes[b])
-            n += bin_counts[b]
-            right_costs[b - 1] = n * area_of(side) if n > 0 else np.inf
-        # From the left, with the other side at hand.
-        clear(side)
-        n = 0
-        for b in range(bins - 1):
-            include(side, bin_boxes[b])
-            n += bin_counts[b]
-            if n == 0 or n == count:
-                continue
-            cost = n * area_of(side) + right_costs[b]
-            if cost < best_cost:
-                position = 0.5 * (low + (b + 1) / scale)
-                best_axis, best_bin, best_position, best_cost = axis, b, position, cost
-        if rule.limits.in_turn and best_axis >= 0:
-            break
-    if best_axis < 0:
+    axis, place, position, cost = choose_between_bins(rule, first, end, count, depth)
+    if axis < 0:
         refine(rule, first, end, OPEN_ALL)
-    return best_axis, best_bin, best_position, best_cost
-
-
-@inner
-def choose_between_two(rule, first, depth, bins):
-    """Return what bins say of two clusters, without them: all axes make the same of those."""
-    for turn in range(3):
-        axis = axis_at(rule.limits, depth, turn)
-        scale = scale_along(rule, axis, bins)
-        if scale > 0.0:
-            cost = size_of(rule, first) * area_of(rule.boxes[first])
-            cost += size_of(rule, first + 1) * area_of(rule.boxes[first + 1])
-            return axis, 0, 0.5 * (rule.bounds[1, axis] + 1.0 / scale), cost
-    refine(rule, first, first + 2, OPEN_ALL)
-    return -1, 0, 0.0, np.inf
+    return axis, place, position, cost
 
 
 @implements(divide, Cuts)
@@ -315,7 +256,7 @@ def divide_cut(rule, first, count, axis, place, position):
     middle, last, n_left = first, end - 1, 0
     while middle <= last:
         if bin_of(rule.boxes[middle], axis, low, scale, bins) <= place:
-            n_left += size_of(rule, middle)
+            n_left += weight_of(rule, middle)
             middle += 1
         else:
             swap(rule, middle, last)
@@ -402,8 +343,8 @@ def rule_over(auxiliary: Auxiliary, boxes: np.ndarray, settings: Settings) -> Cu
     bins, surface = settings.bins, float(surface_area(auxiliary.boxes[:1])[0])
     boxes[0] = auxiliary.boxes[0]
     return Cuts(
-        limits_of(settings), np.empty((2, 6)), auxiliary, thresholds_of(surface, settings),
-        np.zeros(len(boxes), np.int32), boxes,
+        limits_of(settings), np.empty((2, 6)), np.empty((0, 5)), auxiliary,
+        thresholds_of(surface, settings), np.zeros(len(boxes), np.int32), boxes,
         np.empty((bins, 6)), np.empty(bins, np.int64), np.empty(bins), np.empty(6),
     )  # fmt: skip
 

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .....geometry.box import area_of, clear, include
-from .....kernels import implements, inner
+from .....kernels import dispatched, implements, inner
 from .....progress import Progress
 from .....settings import setting
 from ...topology.tree import Builder, Grouping, Primitives
@@ -92,45 +92,66 @@ def bin_of(box, axis, low, scale, bins):
     return min(int((box[axis] + box[3 + axis] - low) * scale), bins - 1)
 
 
+# A row is a triangle here. That of :mod:`..morton.phr` is a cluster of them.
+
+
+@dispatched
+def weight_of(rule, row):
+    """Return how many triangles there are in a row of ``rule.boxes``."""
+    raise TypeError(f"no weight_of for {type(rule).__name__}")
+
+
+@implements(weight_of, Binned, inline=True)
+def weight_of_triangle(rule, row):
+    """Return 1."""
+    return 1
+
+
 @inner
-def bins_for(rule, count):
-    """Return how many bins are used: more than triangles would mostly be empty."""
-    return min(len(rule.bin_counts), 4 + count)
+def bins_for(rule, rows):
+    """Return how many bins are used: more than rows would mostly be empty."""
+    return min(len(rule.bin_counts), 4 + rows)
 
 
-@implements(enclose, Binned)
-def enclose_binned(rule, first, count):
-    """Fit both boxes."""
-    enclose_boxes(rule.boxes, first, count, rule.bounds)
+@inner
+def scale_along(rule, axis, bins):
+    """Return how many bins there are per unit of doubled centres; 0 if nothing tells them apart."""
+    extent = rule.bounds[1, 3 + axis] - rule.bounds[1, axis]
+    if not extent > 0.0:
+        return 0.0
+    scale = bins * (1.0 - 1e-6) / extent
+    return scale if scale < np.inf else 0.0
 
 
-@implements(choose, Binned)
-def choose_binned(rule, first, count, depth):
-    """Take the cheapest of 3 (bins - 1) planes; `place` is the bin that it is behind."""
+@inner
+def choose_between_bins(rule, first, end, count, depth):
+    """Return the cheapest of 3 (bins - 1) planes between the rows ``first ... end - 1``.
+
+    They have `count` triangles; ``rule.bounds[1]`` is the box around their centres, doubled. What
+    is returned is what :func:`choose` does; `place` is the bin that the plane is behind.
+    """
     boxes, bounds = rule.boxes, rule.bounds
     bin_boxes, bin_counts, right_costs = rule.bin_boxes, rule.bin_counts, rule.right_costs
     side = rule.side_box
-    bins = bins_for(rule, count)
+    bins = bins_for(rule, end - first)
     best_axis, best_bin, best_position, best_cost = -1, 0, 0.0, np.inf
     for turn in range(3):
         axis = axis_at(rule.limits, depth, turn)
-        low, extent = bounds[1, axis], bounds[1, 3 + axis] - bounds[1, axis]
-        if not extent > 0.0:
+        low, scale = bounds[1, axis], scale_along(rule, axis, bins)
+        if scale == 0.0:
             continue
-        scale = bins * (1.0 - 1e-6) / extent
-        if scale == np.inf:
-            continue
-        if count == 2 and len(rule.curve) == 0:
+        if end == first + 2 and len(rule.curve) == 0:
             # Whatever parts them costs the same. They are over a third of all nodes.
-            cost = area_of(boxes[first]) + area_of(boxes[first + 1])
+            cost = weight_of(rule, first) * area_of(boxes[first])
+            cost += weight_of(rule, first + 1) * area_of(boxes[first + 1])
             return axis, 0, 0.5 * (low + 1.0 / scale), cost
         for b in range(bins):
             bin_counts[b] = 0
             clear(bin_boxes[b])
-        for i in range(first, first + count):
-            box = boxes[i]
+        for row in range(first, end):
+            box = boxes[row]
             b = bin_of(box, axis, low, scale, bins)
-            bin_counts[b] += 1
+            bin_counts[b] += weight_of(rule, row)
             include(bin_boxes[b], box)
         # From the right: right_costs[b] is SA N of everything behind bin b.
         clear(side)
@@ -157,13 +178,24 @@ def choose_binned(rule, first, count, depth):
     return best_axis, best_bin, best_position, best_cost
 
 
+@implements(enclose, Binned)
+def enclose_binned(rule, first, count):
+    """Fit both boxes."""
+    enclose_boxes(rule.boxes, first, count, rule.bounds)
+
+
+@implements(choose, Binned)
+def choose_binned(rule, first, count, depth):
+    """Take the cheapest plane at the borders of bins."""
+    return choose_between_bins(rule, first, first + count, count, depth)
+
+
 @implements(divide, Binned)
 def divide_binned(rule, first, count, axis, place, position):
     """Swap those in bins up to `place` to the front."""
-    boxes, order, bounds = rule.boxes, rule.order, rule.bounds
+    boxes, order, low = rule.boxes, rule.order, rule.bounds[1, axis]
     bins = bins_for(rule, count)
-    low = bounds[1, axis]
-    scale = bins * (1.0 - 1e-6) / (bounds[1, 3 + axis] - low)
+    scale = scale_along(rule, axis, bins)
     i, j = first, first + count - 1
     while i <= j:
         if bin_of(boxes[i], axis, low, scale, bins) <= place:
