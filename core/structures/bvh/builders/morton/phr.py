@@ -53,7 +53,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .....contract.workspace import MAXIMUM_DEPTH
-from .....geometry.box import area_of, clear, include
+from .....geometry.box import area_of
 from .....geometry.box_shape import surface_area
 from .....kernels import call, implements, inner, kernel
 from .....parallel import Team
@@ -73,8 +73,10 @@ from ..top_down.recursion import (
     choose,
     divide,
     enclose,
+    enclose_boxes,
     limits_of,
     split_recursively,
+    swap,
 )
 from .codes import MortonSettings
 from .lbvh import build_lbvh
@@ -213,23 +215,8 @@ def refine(rule, first, end, threshold):
 
 @implements(enclose, Cuts)
 def enclose_cut(rule, first, count):
-    """Fit the box of the node."""
-    clear(rule.bounds[0])
-    for row in range(first, end_of_cut(rule, first, count)):
-        include(rule.bounds[0], rule.boxes[row])
-
-
-@inner
-def enclose_centres(rule, first, end):
-    """Write the box around the centres of clusters, doubled, into ``rule.bounds[1]``."""
-    boxes, centres = rule.boxes, rule.bounds[1]
-    clear(centres)
-    for row in range(first, end):
-        for axis in range(3):
-            centre = boxes[row, axis] + boxes[row, 3 + axis]
-            low, high = centres[axis], centres[3 + axis]
-            centres[axis] = centre if centre < low else low
-            centres[3 + axis] = centre if centre > high else high
+    """Fit both boxes."""
+    enclose_boxes(rule.boxes, first, end_of_cut(rule, first, count) - first, rule.bounds)
 
 
 @implements(choose, Cuts)
@@ -240,7 +227,7 @@ def choose_in_cut(rule, first, count, depth):
     by index.
     """
     end = refine(rule, first, end_of_cut(rule, first, count), rule.thresholds[depth])
-    enclose_centres(rule, first, end)
+    enclose_boxes(rule.boxes, first, end - first, rule.bounds)  # the centres are others now
     axis, place, position, cost = choose_between_bins(rule, first, end, count, depth)
     if axis < 0:
         refine(rule, first, end, OPEN_ALL)
@@ -259,7 +246,7 @@ def divide_cut(rule, first, count, axis, place, position):
             n_left += weight_of(rule, middle)
             middle += 1
         else:
-            swap(rule, middle, last)
+            swap(rule.boxes, rule.clusters, middle, last)
             last -= 1
     # The rows of the right child begin where its references will; from the far end, since what is
     # written may not have been read.
@@ -274,15 +261,6 @@ def copy(rule, source, target):
     rule.clusters[target] = rule.clusters[source]
     for side in range(6):
         rule.boxes[target, side] = rule.boxes[source, side]
-
-
-@inner
-def swap(rule, a, b):
-    """Exchange two rows."""
-    boxes, clusters = rule.boxes, rule.clusters
-    clusters[a], clusters[b] = clusters[b], clusters[a]
-    for side in range(6):
-        boxes[a, side], boxes[b, side] = boxes[b, side], boxes[a, side]
 
 
 @kernel

@@ -49,7 +49,7 @@ from ...topology.tree import (
     note_split,
 )
 from ..top_down.binned_sah import BinnedSettings
-from ..top_down.recursion import TEXT, Limits, compact, enclose_boxes, limits_of
+from ..top_down.recursion import TEXT, Limits, compact, enclose_boxes, limits_of, swap
 from .chop import References
 from .spatial_split import (
     OBJECT,
@@ -59,7 +59,6 @@ from .spatial_split import (
     divide,
     make_bins,
     overlap_of,
-    swap,
 )
 
 ALPHA = 1e-5
@@ -201,7 +200,7 @@ def split_node(tree, references, node, first, count, room, depth, rule, scratch)
     free = room - n_left - n_right
     gap = free * n_left // (n_left + n_right)
     for i in range(first + n_left, first + n_left + min(gap, n_right)):
-        swap(references, i, i + max(gap, n_right))
+        swap(references.boxes, references.triangle, i, i + max(gap, n_right))
     left_room = n_left + gap
     tree.first[node], tree.size[node] = 2 * (first + left_room) - 1, 0
     tree.cut_depth[node] = depth if kind == SPATIAL else -1

@@ -17,7 +17,7 @@ import numpy as np
 from .....geometry.box import area_of
 from .....geometry.clip import POLYGON_SIZE
 from .....kernels import inner, whole
-from ..top_down.recursion import axis_at
+from ..top_down.recursion import axis_at, swap
 from .chop import BOTH, LEFT, RIGHT, chop_item, clear, copy, enlarge, is_empty, restrict
 
 SPATIAL, OBJECT = whole(0), whole(1)
@@ -208,15 +208,6 @@ def side_of(boxes, row, parts, n_left, n_right):
 
 
 @inner
-def swap(references, i, j):
-    """Swap two references."""
-    triangle, boxes = references.triangle, references.boxes
-    triangle[i], triangle[j] = triangle[j], triangle[i]
-    for face in range(6):
-        boxes[i, face], boxes[j, face] = boxes[j, face], boxes[i, face]
-
-
-@inner
 def divide(references, first, count, kind, bounds, axis, last_left, n_left, n_right, used, bins):
     """Divide references by a plane: left ones first, right ones next, behind the end what is new.
 
@@ -267,7 +258,7 @@ def divide(references, first, count, kind, bounds, axis, last_left, n_left, n_ri
             end += 1
         if where == RIGHT:
             j -= 1
-            swap(references, i, j)
+            swap(boxes, triangle, i, j)
         else:
             i += 1
     return i - first, end - i, plane

@@ -42,6 +42,7 @@ from .recursion import (
     limits_of,
     note,
     split_recursively,
+    swap,
 )
 
 
@@ -201,9 +202,7 @@ def divide_binned(rule, first, count, axis, place, position):
         if bin_of(boxes[i], axis, low, scale, bins) <= place:
             i += 1
         else:
-            for side in range(6):
-                boxes[i, side], boxes[j, side] = boxes[j, side], boxes[i, side]
-            order[i], order[j] = order[j], order[i]
+            swap(boxes, order, i, j)
             j -= 1
     return i - first
 

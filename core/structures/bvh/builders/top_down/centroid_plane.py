@@ -16,7 +16,7 @@ from .....geometry.box import area_of, clear, include
 from .....kernels import inner, whole
 from .....progress import Progress
 from ...topology.tree import Grouping, Primitives
-from .recursion import TopDownSettings, axis_at, limits_of, split_recursively
+from .recursion import TopDownSettings, axis_at, limits_of, split_recursively, swap
 
 EVERY = whole(1 << 31)
 """As `last`: whatever lies in the plane goes left."""
@@ -47,14 +47,6 @@ def cost_of_plane(boxes, order, first, count, axis, plane, last, sides):
     if n_left == 0 or n_left == count:
         return np.inf, n_left
     return n_left * area_of(sides[0]) + (count - n_left) * area_of(sides[1]), n_left
-
-
-@inner
-def swap(boxes, order, i, j):
-    """Exchange two triangles."""
-    for side in range(6):
-        boxes[i, side], boxes[j, side] = boxes[j, side], boxes[i, side]
-    order[i], order[j] = order[j], order[i]
 
 
 @inner

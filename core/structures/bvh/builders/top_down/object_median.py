@@ -17,8 +17,8 @@ import numpy as np
 from .....kernels import implements, kernel, whole
 from .....progress import Progress
 from ...topology.tree import Builder, Grouping, Primitives
-from .centroid_plane import axis_to_divide, cost_of_plane, goes_left, group_by, swap
-from .recursion import Limits, TopDownSettings, choose, divide, enclose, enclose_boxes
+from .centroid_plane import axis_to_divide, cost_of_plane, goes_left, group_by
+from .recursion import Limits, TopDownSettings, choose, divide, enclose, enclose_boxes, swap
 
 
 class Selection(NamedTuple):

@@ -148,6 +148,14 @@ def enclose_boxes(boxes, first, count, out):
         out[1, axis], out[1, 3 + axis] = low_c, high_c
 
 
+@inner
+def swap(boxes, order, i, j):
+    """Exchange two triangles, or whatever the boxes are of and `order` has the numbers of."""
+    for side in range(6):
+        boxes[i, side], boxes[j, side] = boxes[j, side], boxes[i, side]
+    order[i], order[j] = order[j], order[i]
+
+
 # ----------------------------------------------------------------------------- one node, a subtree
 
 
