@@ -120,7 +120,8 @@ def arrays_in(record: Any) -> Iterator[np.ndarray]:
 
 
 BYTES_IN_MESH = 330
-"""Memory at the peak of a build for each primitive of a mesh of instances: its tree is a bvh's."""
+"""Memory at the peak of a build for each primitive of a mesh of instances: its tree is a bvh's, by
+the settings of that if it is a bvh that is built, otherwise by the default ones."""
 
 
 class Structure(abc.ABC):
@@ -214,6 +215,11 @@ class Structure(abc.ABC):
         return False
 
     @classmethod
+    def bytes_per_triangle(cls, settings: Any) -> float:
+        """Return the memory at the peak of a build that has these settings, per triangle."""
+        return cls.BYTES_PER_TRIANGLE
+
+    @classmethod
     def refuse_too_large(cls, scene: Scene, settings: Any) -> None:
         """Refuse what would not fit into memory, before anything is compiled or allocated.
 
@@ -222,10 +228,11 @@ class Structure(abc.ABC):
         InputError
             Naming what to lower.
         """
-        needed = len(scene) * cls.BYTES_PER_TRIANGLE
+        per_triangle = cls.bytes_per_triangle(settings)
+        needed = len(scene) * per_triangle
         if isinstance(scene.geometry, Instanced):
-            needed += stored_in(scene.geometry) * BYTES_IN_MESH
-        refuse_if_too_large(needed, f"{cls.name} over {scene.counted}", "use a smaller scene")
+            needed += stored_in(scene.geometry) * max(BYTES_IN_MESH, per_triangle)
+        refuse_if_too_large(int(needed), f"{cls.name} over {scene.counted}", "use a smaller scene")
 
     @classmethod
     @abc.abstractmethod

@@ -76,6 +76,14 @@ FIGURES = (
 )
 """What only some builders and optimisers say is there with those alone."""
 
+BYTES_PER_REFERENCE = 230
+"""What spatial splits take, beside what a builder does, for every reference they are allowed."""
+
+BYTES_REARRANGED, BYTES_WIDENED, BYTES_SHAPED = 680, 550, 1200
+"""Memory per reference at the peak of rearranging a tree (measured: 671 for every optimiser), of
+making it wide (540 for 8 children), and of fitting other volumes than boxes and computing their
+figures (1,182 for 26-DOPs)."""
+
 MOST_SHAPES = 20_000
 """Volumes that are drawn in their shape, if they are not boxes."""
 
@@ -131,10 +139,6 @@ class BVH(Structure):
     FIGURES = FIGURES
 
     arrays: Binary | Wide
-    # Boxes, two trees of up to two nodes per triangle, and the reordered triangles.
-    BYTES_PER_TRIANGLE = 330
-    BYTES_PER_REFERENCE = 230
-    """What spatial splits take beside that for every reference they are allowed."""
 
     def __init__(
         self,
@@ -153,19 +157,34 @@ class BVH(Structure):
         self._areas: np.ndarray | None = None
 
     @classmethod
+    def bytes_per_triangle(cls, settings: Any) -> float:
+        """Return the memory at the peak of a build: that of the builder, or of what comes after.
+
+        All are bounds: spatial splits may not take all references that they are allowed.
+        """
+        builder = BUILDERS[settings.builder]
+        duplicates = builder.most_duplicates(settings)
+        later = max(
+            BYTES_REARRANGED * (settings.optimise != "none"),
+            BYTES_WIDENED * (settings.arity != "2"),
+            BYTES_SHAPED * (settings.volume != "aabb"),
+        )
+        by_builder = builder.bytes_per_triangle + duplicates * BYTES_PER_REFERENCE
+        return max(by_builder, later * (1.0 + duplicates))
+
+    @classmethod
     def refuse_too_large(cls, scene: Scene, settings: Any) -> None:
         """Refuse what would not fit into memory, or has no numbers, as the settings say."""
         duplicates = BUILDERS[settings.builder].most_duplicates(settings)
         references = len(scene) * (1.0 + duplicates)
         refuse_if_unnumbered(2.0 * references, "nodes of the bvh", "use a smaller scene")
-        super().refuse_too_large(scene, settings)
         if duplicates:
-            per_triangle = cls.BYTES_PER_TRIANGLE + duplicates * cls.BYTES_PER_REFERENCE
             refuse_if_too_large(
-                int(len(scene) * per_triangle),
+                int(len(scene) * cls.bytes_per_triangle(settings)),
                 f"{settings.builder} over {len(scene)} triangles with duplication {duplicates:g}",
                 "lower duplication or use a smaller scene",
             )
+        super().refuse_too_large(scene, settings)
 
     @classmethod
     def build(

@@ -164,12 +164,16 @@ class Builder(NamedTuple):
         it is to have a log.
     most_duplicates : callable
         Returns how many references its settings allow beside one per triangle, per triangle.
+    bytes_per_triangle : int
+        Memory at the peak of a build, from the boxes to the finished structure, with a triangle per
+        leaf and without a log. Measured over 16,000 and 63,000 triangles, and a few bytes more.
     """
 
     summary: str
     Settings: type
     build: Builds
     most_duplicates: Callable[[Any], float] = lambda settings: 0.0
+    bytes_per_triangle: int = 330
 
 
 @kernel

@@ -264,4 +264,5 @@ BUILDER = Builder(
     "Bottom-up, the two closest clusters merged (Walter 2008)",
     LeafSettings,
     build_agglomerative,
+    bytes_per_triangle=460,
 )

@@ -256,4 +256,5 @@ BUILDER = Builder(
     "Bottom-up, neighbours along the Morton curve merge (Meister 2018)",
     Settings,
     build_ploc,
+    bytes_per_triangle=470,
 )

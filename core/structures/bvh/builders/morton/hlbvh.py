@@ -231,4 +231,5 @@ BUILDER = Builder(
     "LBVH below, SAH above (Pantaleoni and Luebke 2010)",
     Settings,
     build_hlbvh,
+    bytes_per_triangle=400,
 )

@@ -142,4 +142,5 @@ BUILDER = Builder(
     "The tree of LBVH, all nodes at once (Karras 2012)",
     MortonSettings,
     build_lbvh_parallel,
+    bytes_per_triangle=470,
 )

@@ -364,4 +364,5 @@ BUILDER = Builder(
     "SAH over a cut through the tree of LBVH, refined level by level (Hendrich 2017)",
     Settings,
     build_phr,
+    bytes_per_triangle=420,
 )

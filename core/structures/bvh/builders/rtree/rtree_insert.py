@@ -278,4 +278,5 @@ BUILDER = Builder(
     "R-tree, one triangle inserted after the other (Guttman 1984)",
     Settings,
     build_rtree_insert,
+    bytes_per_triangle=570,
 )

@@ -118,4 +118,5 @@ BUILDER = Builder(
     "R-tree packed by sort-tile-recursive (Leutenegger 1997)",
     LeafSettings,
     build_rtree_str,
+    bytes_per_triangle=520,
 )

@@ -112,4 +112,5 @@ BUILDER = Builder(
     "From the top down, half of the triangles to each side",
     TopDownSettings,
     build_object_median,
+    bytes_per_triangle=350,
 )

@@ -269,4 +269,5 @@ BUILDER = Builder(
     "From the top down, level by level with queues, as on a GPU (Lauterbach 2009)",
     BinnedSettings,
     build_parallel_sah,
+    bytes_per_triangle=370,
 )

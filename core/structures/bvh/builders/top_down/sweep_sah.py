@@ -198,4 +198,5 @@ BUILDER = Builder(
     "From the top down, SAH evaluated between all centroids",
     TopDownSettings,
     build_sweep_sah,
+    bytes_per_triangle=350,
 )
