@@ -1,6 +1,6 @@
 """``python -m accelscope`` and the program ``accelscope``: the command line.
 
-What it imports takes a quarter of a second, and nothing is lost if it is stopped meanwhile: so
+What it imports takes a sixth of a second, and nothing is lost if it is stopped meanwhile: so
 Ctrl-C and a request to terminate end it with one line, before anything else is imported.
 """
 

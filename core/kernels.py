@@ -21,12 +21,12 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
-import importlib.metadata
 import importlib.util
 import os
 import pickle
 import shutil
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -59,6 +59,17 @@ _is_plain = False
 _cache_root: Path | None = None
 _cache_prepared = False
 _cannot_be_kept = ""
+_one_at_a_time = threading.RLock()
+_untold: list[Callable[[], None]] = []
+"""What tells Numba of implementations of dispatched kernels; done when it compiles something."""
+
+
+@functools.cache
+def _is_numba_there() -> bool:
+    """Say whether Numba is installed and switched on, without importing it."""
+    # Numba's own switch: it would then leave functions as they are, but not run them as we do.
+    is_on = os.environ.get("NUMBA_DISABLE_JIT", "").strip() in ("", "0")
+    return is_on and importlib.util.find_spec("numba") is not None
 
 
 @functools.cache
@@ -72,9 +83,7 @@ def numba_fault() -> str | None:
         imported: for a version of NumPy that it does not know, or for one of its variables in the
         environment.
     """
-    # Numba's own switch: it would then leave functions as they are, but not run them as we do.
-    is_on = os.environ.get("NUMBA_DISABLE_JIT", "").strip() in ("", "0")
-    if not is_on or importlib.util.find_spec("numba") is None:
+    if not _is_numba_there():
         return ""
     try:
         import numba  # noqa: F401  only to see whether it works; that takes a quarter of a second
@@ -96,12 +105,12 @@ def set_cache_root(directory: str | os.PathLike[str]) -> None:
 
 def kernel(function: Callable) -> Callable:
     """Compile a scalar loop with Numba; return it unchanged where there is no Numba."""
-    return _compiled(function, OPTIONS)
+    return _declared(function, OPTIONS)
 
 
 def inner(function: Callable) -> Callable:
     """Like :func:`kernel`, for what only kernels call; called from Python it is plain Python."""
-    return _compiled(function, INNER)
+    return _declared(function, INNER)
 
 
 def inlined(function: Callable) -> Callable:
@@ -109,18 +118,65 @@ def inlined(function: Callable) -> Callable:
 
     A call passes every number of a ray and every field of every array on its own.
     """
-    return _compiled(function, INNER | {"forceinline": True})
+    return _declared(function, INNER | {"forceinline": True})
 
 
-def _compiled(function: Callable, options: dict[str, Any]) -> Callable:
-    """Let Numba compile a function, at its first call, and keep what it has compiled."""
+def _declared(function: Callable, options: dict[str, Any]) -> Callable:
+    return Kernel(function, options) if _is_numba_there() else function
+
+
+class Kernel:
+    """A scalar loop that Numba compiles at its first call, or when another that calls it is.
+
+    Only then is Numba asked for, and imported: of several hundred kernels a run needs a few, and
+    one that only lists what there is needs none.
+
+    Attributes
+    ----------
+    py_func : callable
+        The loop as it is written.
+    is_inner : bool
+        Whether only kernels call it. One that Python calls nevertheless is called by a kernel that
+        runs plain, and does, too, even if that is not asked for any more: compiled, it has no side
+        for Python, and would crash.
+    """
+
+    def __init__(self, function: Callable, options: dict[str, Any]) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self.is_inner = bool(options.get("no_cpython_wrapper"))
+        self._options = options
+        self._dispatcher: Any = None
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run it compiled, or as it is written where that is asked for or nothing compiles."""
+        if _is_plain or self.is_inner or not has_numba():
+            with np.errstate(all="ignore"):  # as call() does where there is no Numba
+                return self.py_func(*arguments)
+        return self.dispatcher(*arguments)
+
+    @property
+    def dispatcher(self) -> Any:
+        """What Numba makes of it: compiled for the types it is called with, or read from disk."""
+        if self._dispatcher is None:
+            with _one_at_a_time:
+                if self._dispatcher is None:
+                    self._dispatcher = _make_dispatcher(self.py_func, self._options)
+        return self._dispatcher
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What Numba takes it for where another kernel calls it."""
+        return self.dispatcher._numba_type_
+
+
+def _make_dispatcher(function: Callable, options: dict[str, Any]) -> Any:
+    """Let Numba compile a function at its first call, and keep what it has compiled."""
     global _cannot_be_kept
-    if not has_numba():
-        return function
     import numba
 
+    _listen_for_compiling()
     dispatcher = numba.njit(**options)(function)
-    dispatcher.__class__ = _kernel_type()
     if _prepare_cache():
         try:
             # What cache=True does, with a type of our own.
@@ -128,27 +184,6 @@ def _compiled(function: Callable, options: dict[str, Any]) -> Callable:
         except RuntimeError:
             _cannot_be_kept = "no folder can be made there"
     return dispatcher
-
-
-@functools.cache
-def _kernel_type() -> type:
-    """Return Numba's type of a function to be compiled, as one that can run as plain Python."""
-    from numba.core.registry import CPUDispatcher
-
-    class Kernel(CPUDispatcher):
-        """Compiled at its first call, or not at all while :func:`run_plain` asks for that.
-
-        An inner one that Python calls is called by a kernel that runs plain, and does, too, even if
-        that is not asked for any more: compiled, it has no side for Python, and would crash.
-        """
-
-        def __call__(self, *arguments: Any) -> Any:
-            if not _is_plain and not self.targetoptions.get("no_cpython_wrapper"):
-                return super().__call__(*arguments)
-            with np.errstate(all="ignore"):  # as call() does where there is no Numba
-                return self.py_func(*arguments)
-
-    return Kernel
 
 
 def run_plain(is_plain: bool) -> None:
@@ -213,25 +248,55 @@ def implements(
             return table[record, special](first, *others)
 
         declared.register(record)(by_type if any(kind for _, kind in table) else function)
-        if has_numba():
-            from numba import types
-            from numba.extending import overload
-
-            def class_of(argument: Any) -> type | None:
-                is_record = isinstance(argument, types.BaseNamedTuple)
-                return argument.instance_class if is_record else None
-
-            def choose(first: Any, *others: Any) -> Callable | None:
-                if class_of(first) is not record:
-                    return None
-                kinds = [class_of(other) for other in others]
-                special = next((kind for kind in kinds if kind and (record, kind) in table), None)
-                return function if special is beside else None
-
-            overload(declared, strict=False, jit_options=options)(choose)
+        if _is_numba_there():
+            _untold.append(
+                functools.partial(_overload, declared, record, beside, function, options)
+            )
         return function
 
     return register
+
+
+@functools.cache
+def _listen_for_compiling() -> None:
+    """Tell Numba of the implementations it does not know of, from now on, before it compiles.
+
+    What it finds on disk needs none, and telling takes as long as finding.
+    """
+    from numba.core import event
+
+    class Telling(event.Listener):
+        def on_start(self, event: Any) -> None:
+            while _untold:
+                _untold.pop(0)()
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    event.register("numba:compile", Telling())
+
+
+def _overload(
+    declared: Any, record: type, beside: type | None, function: Callable, options: dict[str, Any]
+) -> None:
+    """Make Numba choose an implementation of a dispatched kernel by the types of its arguments."""
+    from numba import types
+    from numba.extending import overload
+
+    table = declared.implementations
+
+    def class_of(argument: Any) -> type | None:
+        is_record = isinstance(argument, types.BaseNamedTuple)
+        return argument.instance_class if is_record else None
+
+    def choose(first: Any, *others: Any) -> Callable | None:
+        if class_of(first) is not record:
+            return None
+        kinds = [class_of(other) for other in others]
+        special = next((kind for kind in kinds if kind and (record, kind) in table), None)
+        return function if special is beside else None
+
+    overload(declared, strict=False, jit_options=options)(choose)
 
 
 def call(function: Callable, *arguments: Any) -> Any:
@@ -246,7 +311,7 @@ def call(function: Callable, *arguments: Any) -> Any:
         # As with error_model="numpy": a division by zero is an infinity and no affair.
         with np.errstate(all="ignore"):
             return function(*arguments)
-    if not _is_plain and getattr(function, "targetoptions", {}).get("no_cpython_wrapper"):
+    if not _is_plain and getattr(function, "is_inner", False):
         raise TypeError(f"{function.__name__} is an inner kernel: only kernels call it")
     return function(*arguments)
 
@@ -327,6 +392,8 @@ def _fingerprint() -> str:
 
     Numba is not imported for it.
     """
+    import importlib.metadata  # it brings a mail reader along
+
     checked = os.environ.get("NUMBA_BOUNDSCHECK", "")  # other code comes out
     version = importlib.metadata.version("numba")
     digest = hashlib.sha256(f"{sys.version} {version} {checked}".encode())

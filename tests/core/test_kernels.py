@@ -114,7 +114,8 @@ class Listening(Progress):
 
 with kernels.announcing(Listening(), "toy"):
     result = kernels.call(toy.sum_of_squares, np.arange(4.0))
-print(result, sum(toy.sum_of_squares.stats.cache_hits.values()), *Listening.said, sep="|")
+cache_hits = toy.sum_of_squares.dispatcher.stats.cache_hits
+print(result, sum(cache_hits.values()), *Listening.said, sep="|")
 """
 
 REAL = """

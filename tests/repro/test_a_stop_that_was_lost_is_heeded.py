@@ -91,7 +91,7 @@ exec("sys.stderr.write('importing\\\\n'); sys.stderr.flush(); time.sleep(60.0)")
 
 def test_in_code_that_was_a_text(tmp_path):
     """CPython would kill itself by SIGINT at its end, though the exception was caught."""
-    (tmp_path / "numba.py").write_text(TEXT)
+    (tmp_path / "numpy.py").write_text(TEXT)
     path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
     process = subprocess.Popen(
         [sys.executable, "-m", "accelscope", "list"], text=True,
