@@ -11,6 +11,7 @@ import numpy as np
 
 from ..geometry.box_shape import surface_area
 from ..geometry.polygons import Polygons
+from ..progress import SILENT, Progress
 from ..ranges import ranges
 
 OBJECT, DIRECTIONS, RAYS, IMAGE = "object", "directions", "ray space", "image"
@@ -19,6 +20,9 @@ with a direction, a picture."""
 
 NEVER = np.iinfo(np.int64).max
 """A step of the building that never comes."""
+
+AT_ONCE = 1 << 17
+"""Polygons that are sorted between two reports, in some 50 ms."""
 
 
 @dataclass(frozen=True)
@@ -92,10 +96,16 @@ class Cells:
         areas: np.ndarray | None = None,
         replaced: np.ndarray | None = None,
         parent: np.ndarray | None = None,
+        progress: Progress = SILENT,
     ) -> Cells:
         """Order cells numbered 0, 1, ... by depth, so that a depth range is one piece.
 
         Everything is given in the order of the numbers: owners of polygons are numbers, too.
+
+        Raises
+        ------
+        Cancelled
+            From `progress`.
         """
         order = np.argsort(depth, kind="stable").astype(np.int32)
         place = np.empty(len(order), dtype=np.int64)
@@ -104,7 +114,7 @@ class Cells:
             np.ascontiguousarray(boxes[order]), order, depth[order].astype(np.int32),
             is_leaf[order], count[order].astype(np.int32),
             {name: values[order] for name, values in (extra or {}).items()},
-            faces and reowned(faces, place), planes and reowned(planes, place),
+            faces and reowned(faces, place, progress), planes and reowned(planes, place, progress),
             None if areas is None else areas[order],
             None if replaced is None else replaced[order],
             None if parent is None else parent[order].astype(np.int32),
@@ -188,14 +198,25 @@ def parents_of(count: int, inner: np.ndarray, children: np.ndarray) -> np.ndarra
     return parent
 
 
-def reowned(polygons: Polygons, place: np.ndarray) -> Polygons:
-    """Return polygons whose owner i is now called ``place[i]``, sorted by owner again."""
+def reowned(polygons: Polygons, place: np.ndarray, progress: Progress = SILENT) -> Polygons:
+    """Return polygons whose owner i is now called ``place[i]``, sorted by owner again.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
     owners = place[polygons.owners]
     order = np.argsort(owners, kind="stable")
     sizes = np.diff(polygons.offsets)[order]
     offsets = np.concatenate([[0], np.cumsum(sizes)])
-    before = ranges(polygons.offsets[:-1][order], sizes)
-    return Polygons(polygons.points[before], offsets, owners[order])
+    begins, points = polygons.offsets[:-1][order], np.empty((offsets[-1], 3))
+    for first in range(0, len(order), AT_ONCE):
+        progress.report(first, len(order), "Sorting cells")
+        last = min(first + AT_ONCE, len(order))
+        before = ranges(begins[first:last], sizes[first:last])
+        points[offsets[first] : offsets[last]] = polygons.points[before]
+    return Polygons(points, offsets, owners[order])
 
 
 def first_owners(polygons: Polygons | None, most: int) -> Polygons | None:

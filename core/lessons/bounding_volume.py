@@ -59,12 +59,12 @@ class Volumes(Play):
             progress.report(done, len(SHOWN), "Timing volumes")
             with announcing(progress, f"the test of {kind}"):
                 volume = self.volumes[kind] = volume_around(scene, kind, progress)
-                self.times[kind] = time_of_volume(volume, rays.arrays(), reach)
+                self.times[kind] = time_of_volume(volume, rays.arrays(), reach, progress)
         shapes = (
             (kind, edges_of(each)[0], surface_of(each)) for kind, each in self.volumes.items()
         )
         self.shapes = {kind: (edges, surface) for kind, edges, surface in shapes}
-        self.areas = {kind: float(each.areas()[0]) for kind, each in self.volumes.items()}
+        self.areas = {kind: float(each.areas(progress)[0]) for kind, each in self.volumes.items()}
 
     def ratio(self, kind: str) -> float:
         """Return the surface of a volume in that of the hull."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..contract.build_log import BuildLog
+from ..progress import Progress
 from ..structures.bvh.hierarchy import BVH
 from .lesson import Subject
 
@@ -16,11 +17,20 @@ def tree_of(subject: Subject) -> BVH:
     return bvh
 
 
-def tree_and_log(subject: Subject) -> tuple[BVH, BuildLog]:
-    """Return the hierarchy that a lesson is about, and how it was built."""
-    bvh = tree_of(subject)
-    assert bvh.build_log is not None
-    return bvh, bvh.build_log
+def tree_and_log(subject: Subject, progress: Progress) -> tuple[BVH, BuildLog]:
+    """Return the hierarchy that a lesson is about, and how it was built.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    bvh, text = tree_of(subject), "Reading the build log"
+    progress.report(0, 1, text)
+    log = bvh.build_log  # put together now, if nobody has looked at it before
+    progress.report(1, 1, text)
+    assert log is not None
+    return bvh, log
 
 
 def is_tree(structure: Any) -> str:

@@ -237,7 +237,7 @@ def has_intervals(structure: Any) -> str:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Sort along the curve, and read the splits."""
-    bvh, log = tree_and_log(subject)
+    bvh, log = tree_and_log(subject, progress)
     return Intervals(bvh, log, progress)
 
 

@@ -176,7 +176,7 @@ def middles_of(places: np.ndarray, width: int, count: int) -> np.ndarray:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Evaluate the candidates of the root once more, and reduce them."""
-    bvh, log = tree_and_log(subject)
+    bvh, log = tree_and_log(subject, progress)
     return Reduction(bvh, log, progress)
 
 

@@ -234,7 +234,7 @@ def was_refined(structure: Any) -> str:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Build the auxiliary tree, and divide its clusters."""
-    bvh, log = tree_and_log(subject)
+    bvh, log = tree_and_log(subject, progress)
     return Refinement(bvh, log, progress)
 
 

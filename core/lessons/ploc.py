@@ -167,7 +167,7 @@ def was_clustered(structure: Any) -> str:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Read the mergers of every iteration."""
-    bvh, log = tree_and_log(subject)
+    bvh, log = tree_and_log(subject, progress)
     return Clusters(bvh, log, progress)
 
 

@@ -254,7 +254,7 @@ def is_data_parallel(structure: Any) -> str:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Read the queues from the log."""
-    bvh, log = tree_and_log(subject)
+    bvh, log = tree_and_log(subject, progress)
     return SplitQueues(bvh, log, progress)
 
 

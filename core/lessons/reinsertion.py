@@ -133,7 +133,7 @@ def suits(structure: Any) -> str:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Make the moves of the log again, up to the greatest."""
-    bvh, log = tree_and_log(subject)
+    bvh, log = tree_and_log(subject, progress)
     return Reinsertions(bvh, log, progress)
 
 

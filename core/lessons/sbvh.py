@@ -215,7 +215,7 @@ def cuts_triangles(structure: Any) -> str:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Read the splits that have cut triangles."""
-    bvh, log = tree_and_log(subject)
+    bvh, log = tree_and_log(subject, progress)
     return SpatialSplits(bvh, log, progress)
 
 

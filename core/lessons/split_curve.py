@@ -197,7 +197,7 @@ def steps_through(chart: Chart, curve: SplitCurve, axis: int) -> Lines:
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Ask the builder for all its candidates once more."""
-    bvh, log = tree_and_log(subject)
+    bvh, log = tree_and_log(subject, progress)
     return CostCurve(bvh, log, progress)
 
 

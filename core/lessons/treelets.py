@@ -226,7 +226,7 @@ def play_rotations(subject: Subject, settings: Settings, progress: Progress) -> 
 
 def played(subject: Subject, progress: Progress, noun: str) -> Play:
     """Return the play of either lesson."""
-    bvh, log = tree_and_log(subject)
+    bvh, log = tree_and_log(subject, progress)
     return Treelets(bvh, log, progress, noun)
 
 

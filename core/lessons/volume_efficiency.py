@@ -74,11 +74,9 @@ class Efficiency(Play):
             self.counted = sample_of(rays, structure, self.volume, progress)
             few = rays.select(np.arange(DRAWN))
             self.drawn = sample_of(few, structure, self.volume, progress)
-            progress.report(0, 2, "Timing the object")
             triangles = scene.items()
-            self.I = time_of_object(triangles, rays.arrays())
-            progress.report(1, 2, "Timing the volume")
-            self.B = time_of_volume(self.volume, rays.arrays(), triangles.reach)
+            self.I = time_of_object(triangles, rays.arrays(), progress)
+            self.B = time_of_volume(self.volume, rays.arrays(), triangles.reach, progress)
         self.p = float(self.counted.hits_volume.mean())
         self.error = float(np.sqrt(self.p * (1.0 - self.p) / len(rays)))
 

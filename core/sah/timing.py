@@ -18,6 +18,7 @@ from ..geometry.rays import RayArrays, make_ray
 from ..geometry.triangles import Triangles
 from ..geometry.volume import MOST_STRIPS
 from ..kernels import call, has_numba, is_plain, kernel
+from ..progress import SILENT, Progress
 from .line_sample import enter_lines, use
 
 COPIES = 17
@@ -64,25 +65,44 @@ def meet_triangles(triangles, rays, count):
     return total
 
 
-def nanoseconds(count: int, function: Callable, *arguments: Any) -> float:
-    """Return the shortest time of a kernel call, divided by `count`."""
+def nanoseconds(
+    count: int, progress: Progress, text: str, function: Callable, *arguments: Any
+) -> float:
+    """Return the shortest time of a kernel call, divided by `count`.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`, which hears of the work called `text` between two calls.
+    """
+    repeats = affordable(*REPEATS)
     if affordable(True, False):
+        progress.report(0, repeats, text)
         call(function, *arguments)  # compiles
     best = np.inf
-    for _ in range(affordable(*REPEATS)):
+    for done in range(repeats):
+        progress.report(done, repeats, text)
         start = time.perf_counter_ns()
         call(function, *arguments)
         best = min(best, time.perf_counter_ns() - start)
     return best / count
 
 
-def time_of_ray(rays: RayArrays, reach: np.ndarray) -> float:
-    """Return the nanoseconds of making a ray, which no test is to blame for."""
+def time_of_ray(rays: RayArrays, reach: np.ndarray, progress: Progress = SILENT) -> float:
+    """Return the nanoseconds of making a ray, which no test is to blame for.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
     count = min(affordable(*TIMED_RAYS), len(rays.t_max))
-    return nanoseconds(count, make_rays, rays, reach, count)
+    return nanoseconds(count, progress, "Timing the rays", make_rays, rays, reach, count)
 
 
-def time_of_volume(volume: Any, rays: RayArrays, reach: np.ndarray) -> float:
+def time_of_volume(
+    volume: Any, rays: RayArrays, reach: np.ndarray, progress: Progress = SILENT
+) -> float:
     """Return B: the nanoseconds of preparing a ray for a volume and of testing it.
 
     A single test takes little more than the clock's noise, so many copies are tested as well.
@@ -91,15 +111,20 @@ def time_of_volume(volume: Any, rays: RayArrays, reach: np.ndarray) -> float:
     ----------
     volume : NamedTuple of arrays
         A list of one.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
-    volumes = copies_of(volume)
+    text, volumes = "Timing the volume", copies_of(volume)
     t, strips = np.empty(min(affordable(*TIMED_RAYS), len(rays.t_max))), np.empty((MOST_STRIPS, 3))
     one, many = (
-        nanoseconds(len(t), enter_lines, volumes, copies, rays, reach, strips, t)
+        nanoseconds(len(t), progress, text, enter_lines, volumes, copies, rays, reach, strips, t)
         for copies in (1, COPIES)
     )
     test = max((many - one) / (COPIES - 1), 1e-3)
-    return test + max(one - test - time_of_ray(rays, reach), 0.0)
+    return test + max(one - test - time_of_ray(rays, reach, progress), 0.0)
 
 
 def copies_of(volumes: Any) -> Any:
@@ -109,12 +134,19 @@ def copies_of(volumes: Any) -> Any:
     return volumes._replace(rows=np.repeat(volumes.rows, COPIES, axis=0))
 
 
-def time_of_object(triangles: Triangles, rays: RayArrays) -> float:
-    """Return I: the nanoseconds of testing all triangles with one ray."""
+def time_of_object(triangles: Triangles, rays: RayArrays, progress: Progress = SILENT) -> float:
+    """Return I: the nanoseconds of testing all triangles with one ray.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
     wanted = max(affordable(*TRIANGLE_TESTS) // len(triangles.ids), 8)
     count = min(affordable(*TIMED_RAYS), len(rays.t_max), wanted)
-    whole = nanoseconds(count, meet_triangles, triangles, rays, count)
-    return max(whole - time_of_ray(rays, triangles.reach), 1e-3)
+    text = "Timing the object"
+    whole = nanoseconds(count, progress, text, meet_triangles, triangles, rays, count)
+    return max(whole - time_of_ray(rays, triangles.reach, progress), 1e-3)
 
 
 def verdict(B: float, I: float, p: float) -> dict[str, Any]:  # noqa: E741  the lecture's I

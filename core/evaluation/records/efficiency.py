@@ -72,8 +72,7 @@ class Measurement:
             name: parallel_lines_through(ball, np.asarray(direction, float), settings.lines)
             for name, direction in (directions or DIRECTIONS).items()
         }
-        progress.report(0, 1, "Timing the object")
-        self.I = time_of_object(self.triangles, self.rays.arrays())
+        self.I = time_of_object(self.triangles, self.rays.arrays(), progress)
 
     def what(self, kind: str) -> Record:
         """Return the part of a record that says what is measured, and where."""
@@ -105,16 +104,16 @@ class Measurement:
         scene, rays, progress, I = self.scene, self.rays, self.progress, self.I  # noqa: E741
         progress.report(0, 1, f"Measuring {kind}")
         with announcing(progress, f"the test of {kind}"):
-            volumes = volume_around(scene, kind)
-            area, content = float(volumes.areas()[0]), float(volumes.contents()[0])
-            sample = sample_of(rays, self.structure, volumes)
+            volumes = volume_around(scene, kind, progress)
+            area, content = float(volumes.areas(progress)[0]), float(volumes.contents()[0])
+            sample = sample_of(rays, self.structure, volumes, progress)
             hit = int(sample.hits_volume.sum())
             tightness = sample.ratio
             measured = hit / len(rays)
             # The area of other shapes is itself counted, by fewer lines.
             is_exact = isinstance(volumes, Spheres) or is_polyhedral(volumes)
             p = area / self.ball.area() if is_exact else measured
-            B = time_of_volume(volumes, rays.arrays(), self.triangles.reach)
+            B = time_of_volume(volumes, rays.arrays(), self.triangles.reach, progress)
         record = {
             **self.what(kind),
             "surface_area": area,
@@ -124,7 +123,7 @@ class Measurement:
             "p_measured": tightness,
             "p_measured_error": standard_error(tightness, hit),
             "projected": {
-                name: sample_of(view, self.structure, volumes).ratio
+                name: sample_of(view, self.structure, volumes, progress).ratio
                 for name, view in self.views.items()
             },
             "p_hit": p,

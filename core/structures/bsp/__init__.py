@@ -211,7 +211,7 @@ class Bsp(Subdivision):
         return Cells.sorted_by_depth(
             nodes.boxes, nodes.depth, nodes.is_leaf, nodes.count,
             {**steps, "faces": measures.faces, "volume": measures.volumes},
-            faces, cuts, measures.areas, replaced, parent,
+            faces, cuts, measures.areas, replaced, parent, progress,
         )  # fmt: skip
 
     def logged(self) -> BuildLog:

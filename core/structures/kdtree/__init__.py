@@ -149,14 +149,15 @@ def build_tree(
     if not in_order:
         limits = in_any_order(limits, count, SUBTREE)
     whole = np.append(cell, 1.0)
+    meter = meter_of(count, progress)
+    meter.report()
     planes: Any
     if settings.planes == "sah":
         planes = SweepPlanes(settings.C_trav, settings.C_isect, 1.0 - settings.empty_bonus)
-        memory = start_sweep(boxes, whole, limits)
+        memory = start_sweep(boxes, whole, limits, meter)
     else:
         planes = StaticPlanes(RULES[settings.planes])
         memory = start_static(boxes, whole, limits)
-    meter = meter_of(count, progress)
     meter.report()
     top = Builder(planes, limits, memory, items, meter)
     pieces = build_with_threads(top, meter, threads)

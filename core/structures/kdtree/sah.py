@@ -34,7 +34,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernels import implements, inlined, inner, unsigned, whole
+from ...parallel import core_count
 from ..subdivision.frontier import Frontier
+from ..subdivision.subtrees import Meter, results_of
 from .builder import ABOVE, BELOW, BOTH, choose_plane, classify, divide_lists
 from .work import AXIS, BEGIN, END, EVENTS, FIRST, LEAF, PLANAR, SIZE, START, Limits, Work, start
 
@@ -282,12 +284,24 @@ def events_of(boxes: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     return positions[order], codes[order]
 
 
-def start_sweep(boxes: np.ndarray, cell: np.ndarray, limits: Limits) -> tuple[Work, Frontier]:
+def start_sweep(
+    boxes: np.ndarray, cell: np.ndarray, limits: Limits, meter: Meter
+) -> tuple[Work, Frontier]:
     """Return the memory of a builder with the sorted events of all triangles.
 
     Each axis has room for two events per triangle; one place more is for :func:`divide_events` to
     write to.
+
+    Raises
+    ------
+    Cancelled
+        From the meter, when the axes that are being sorted are.
     """
-    with ThreadPoolExecutor(3) as pool:
-        lists = list(pool.map(lambda axis: events_of(boxes, axis), range(3)))
+    with ThreadPoolExecutor(min(core_count(), 3)) as pool:
+        axes = [pool.submit(events_of, boxes, axis) for axis in range(3)]
+        try:
+            lists = results_of(axes, meter)
+        finally:
+            for axis in axes:
+                axis.cancel()
     return start(boxes, cell, 6, lists, limits)

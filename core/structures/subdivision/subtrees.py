@@ -7,15 +7,17 @@ are, since a split depends on its cell alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from ...errors import InputError
 from ...parallel import core_count
 from ...progress import Cancelled, Progress
 from .frontier import DEPTH_FIRST, NO_BUDGET, PRIORITY
 from .settings import ADVICE
+
+T = TypeVar("T")
 
 DONE, PAUSED, ASIDE = range(3)
 """What a builder ends with: the tree is complete, there is more to do, a cell is to be put
@@ -155,6 +157,26 @@ class Builder(Protocol):
         """Return the tree; all other memory is given back."""
 
 
+def results_of(futures: Iterable[Future[T]], meter: Meter) -> list[T]:
+    """Return what threads return, reporting until all have.
+
+    Raises
+    ------
+    Cancelled
+        From the meter; threads go on.
+    Exception
+        From the first thread that fails.
+    """
+    all_of_them = list(futures)
+    pending = set(all_of_them)
+    while pending:
+        done, pending = wait(pending, timeout=WAIT)
+        for future in done:
+            future.result()
+        meter.report()
+    return [future.result() for future in all_of_them]
+
+
 def build_with_threads(top: Builder, meter: Meter, threads: int = 0) -> dict[int, Any]:
     """Run a builder to its end, and those that it hands out in threads.
 
@@ -184,15 +206,11 @@ def build_with_threads(top: Builder, meter: Meter, threads: int = 0) -> dict[int
     with ThreadPoolExecutor(threads or core_count()) as pool:
         try:
             while top.run(reports=True) == ASIDE:
+                meter.report()
                 node, builder = top.hand_out()
                 subtrees[node] = pool.submit(build, builder)
                 del builder  # the pool gives its memory back
-            pending = set(subtrees.values())
-            while pending:
-                done, pending = wait(pending, timeout=WAIT)
-                for future in done:
-                    future.result()
-                meter.report()
+            results_of(subtrees.values(), meter)
         finally:
             meter.stopped = True
             for future in subtrees.values():

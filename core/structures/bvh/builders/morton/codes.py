@@ -259,7 +259,7 @@ def planes_between(
     differ = codes ^ others
     highest = np.full(len(codes), -1)
     for bit in range(bits):
-        highest[differ >> bit > 0] = bit
+        highest += differ >> bit > 0
     kind = np.where(highest >= 0, coding.kinds[bits - 1 - np.maximum(highest, 0)], SIZE)
     cell = np.zeros(len(codes), np.int64)  # the first one above the plane
     for bit in range(bits):
