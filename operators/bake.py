@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 
 from ..addon import jobs
-from ..addon.drawing.selection import Shown
+from ..addon.drawing.selection import Shown, visible
 from ..addon.results import lesson_view, session
 from ..core.errors import InputError
 from ..core.progress import Progress
@@ -54,7 +54,10 @@ class ACCELSCOPE_OT_bake(jobs.JobOperator, bpy.types.Operator):
         self.begun = begun
 
         def work(progress: Progress) -> str:
-            meshes = [(name, bake.edges_of(drawable, shown, progress))]
+            meshes = []
+            # Without a lesson there has to be a cell, or it says so.
+            if lesson is None or visible(drawable.cells, shown).any():
+                meshes.append((name, bake.edges_of(drawable, shown, progress)))
             if lesson is not None:
                 label, *lines = lesson
                 meshes.append((label, bake.edges_of_path(*lines)))

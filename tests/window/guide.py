@@ -46,7 +46,11 @@ def settings() -> Any:
 
 def reset(group: Any, name: str) -> None:
     """Set a property to its default; Blender does not for those that only stand for another."""
-    setattr(group, name, group.bl_rna.properties[name].default)
+    kept = f"{name}_kept"
+    if kept in group.bl_rna.properties:  # nobody has chosen it any more
+        group.property_unset(kept)
+    else:
+        setattr(group, name, group.bl_rna.properties[name].default)
 
 
 def running() -> Any:
