@@ -12,8 +12,8 @@ Rules, with their reasons:
   its own to compile, and a large kernel takes seconds more for a few of those.
 - Constants and elements are made :data:`whole`, indices in innermost loops :data:`unsigned`.
 - Numba's cache does not notice a changed callee in another file, so the cache directory's name
-  carries a hash of all of core's sources, but for the lessons, which have no kernels, and of
-  Numba's version.
+  carries a hash of all of core's sources, but for lessons and evaluation, which have no kernels,
+  and of Numba's version.
 """
 
 from __future__ import annotations
@@ -54,6 +54,9 @@ of an array of another type, Numba would compile whatever is called with it once
 unsigned = np.uint64
 """What makes an index unsigned: at a signed one Numba looks whether it counts from the end, which
 takes up to a twentieth of a walk's time."""
+
+WITHOUT_KERNELS = "lessons", "evaluation"
+"""Folders of core whose files declare no kernel: an edit there compiles nothing anew."""
 
 _is_plain = False
 _cache_root: Path | None = None
@@ -388,7 +391,7 @@ def cache_directory() -> Path:
 
 @functools.cache
 def _fingerprint() -> str:
-    """Return a hash over Python's and Numba's version and the core's sources, lessons left out.
+    """Return a hash over Python's and Numba's version and the sources of what may have kernels.
 
     Numba is not imported for it.
     """
@@ -399,7 +402,7 @@ def _fingerprint() -> str:
     digest = hashlib.sha256(f"{sys.version} {version} {checked}".encode())
     core = Path(__file__).parent
     for path in sorted(core.rglob("*.py")):
-        if path.parent != core / "lessons":
+        if path.relative_to(core).parts[0] not in WITHOUT_KERNELS:
             digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -34,6 +34,7 @@ CAMERA = Camera(
     up=np.array([0.0, 1.0, 0.0]),
     fov=25.0,
 )
+DARK_PURPLE = (0.2, 0.05, 0.2)
 LIGHTS = point_lights((-10.0, 3.0, -20.0))
 
 
@@ -66,7 +67,7 @@ def items(settings: Settings) -> Described:
 
 def generate(settings: Settings) -> Scene:
     """Return the scene."""
-    return scene_of(items(settings), "jacks", CAMERA, LIGHTS)
+    return scene_of(items(settings), "jacks", CAMERA, LIGHTS, DARK_PURPLE)
 
 
 def cubes(

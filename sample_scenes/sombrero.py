@@ -12,7 +12,6 @@ at its foot.
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +20,7 @@ from ..core.scene import Camera, Scene, point_lights
 from ..core.scene.material import Material, shine_of
 from ..core.settings import setting
 from .sample import Sample
+from .spd import of_one_material
 
 SHINY_RED = Material("sombrero", (1.0, 0.1, 0.1), diffuse=0.8, shine=shine_of(40.0))
 
@@ -64,9 +64,7 @@ def generate(settings: Settings) -> Scene:
     )
     lights = point_lights((10.0, -10.0, 10.0))
     scene = Scene.from_triangles(triangles, "sombrero", camera=camera, lights=lights)
-    return dataclasses.replace(
-        scene, materials=(SHINY_RED,), material_ids=np.zeros(len(scene), dtype=np.int32)
-    )
+    return of_one_material(scene, SHINY_RED)
 
 
 SAMPLE = Sample(

@@ -8,6 +8,7 @@ cylinders have no end caps. Behind them all is the same sky, but behind ``jacks`
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -40,12 +41,18 @@ def level_square(half_side: float, z: float) -> Polygon:
     return Polygon([(h, h, z), (-h, h, z), (-h, -h, z), (h, -h, z)])
 
 
-def scene_of(described: Described, name: str, camera: Camera, lights: Sequence[Light]) -> Scene:
+def scene_of(
+    described: Described,
+    name: str,
+    camera: Camera,
+    lights: Sequence[Light],
+    background: tuple[float, float, float] = SKY,
+) -> Scene:
     """Return the scene of items with materials; what is of one material is an object."""
     items, materials = zip(*described, strict=True)
     numbers = {material: number for number, material in enumerate(dict.fromkeys(materials))}
     material_ids = np.array([numbers[material] for material in materials], dtype=np.int32)
-    return Scene.from_items(
+    scene = Scene.from_items(
         items,
         name,
         object_ids=material_ids,
@@ -54,4 +61,15 @@ def scene_of(described: Described, name: str, camera: Camera, lights: Sequence[L
         materials=tuple(numbers),
         camera=camera,
         lights=lights,
+    )
+    return dataclasses.replace(scene, background=background)
+
+
+def of_one_material(scene: Scene, material: Material) -> Scene:
+    """Return a scene of triangles before the sky, all of them of one material."""
+    return dataclasses.replace(
+        scene,
+        materials=(material,),
+        material_ids=np.zeros(len(scene), dtype=np.int32),
+        background=SKY,
     )

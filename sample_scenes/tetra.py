@@ -14,7 +14,6 @@ subdivision for fast ray tracing, IEEE CG&A 4(10), 1984. Havran's tables of 1999
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +22,7 @@ from ..core.scene import Camera, Scene, point_lights
 from ..core.scene.material import Material
 from ..core.settings import setting
 from .sample import Sample
+from .spd import of_one_material
 
 # Every second corner of the cube: the sign triples of product +1, x varying slowest.
 CORNERS = np.array([(-1, -1, 1), (-1, 1, -1), (1, -1, -1), (1, 1, 1)], dtype=np.float64)
@@ -62,9 +62,7 @@ def generate(settings: Settings) -> Scene:
     )
     lights = point_lights((2.0, -18.0, -5.0))
     scene = Scene.from_triangles(triangles, "tetra", camera=camera, lights=lights)
-    return dataclasses.replace(
-        scene, materials=(RED,), material_ids=np.zeros(len(scene), dtype=np.int32)
-    )
+    return of_one_material(scene, RED)
 
 
 SAMPLE = Sample(

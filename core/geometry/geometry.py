@@ -134,7 +134,12 @@ def joined(first: Any, others: Sequence[Any]) -> Any:
 def normals_at(
     geometry: Any, primitives: np.ndarray, points: np.ndarray, times: np.ndarray
 ) -> np.ndarray:
-    """Return unit normals where rays have hit, (n, 3); which way they point is not defined.
+    """Return unit normals where rays have hit, (n, 3).
+
+    Those of a solid point outward. Those of a triangle or polygon point to where its corners run
+    counter-clockwise, of a disc along the normal that it was given; of an instance, as they do in
+    its mesh. Only sums, products, quotients and square roots go into them, of numbers that are the
+    same everywhere.
 
     Parameters
     ----------
@@ -146,6 +151,17 @@ def normals_at(
         When.
     """
     raise TypeError(f"no normals of {type(geometry).__name__}")
+
+
+def moved_by(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return vectors, (n, 3), each multiplied by a matrix of its own, (n, 3, 3).
+
+    In the order of the sums as they are written: a product of matrices may round otherwise on
+    another machine.
+    """
+    x, y, z = vectors.T
+    columns = matrices[:, :, 0], matrices[:, :, 1], matrices[:, :, 2]
+    return columns[0] * x[:, None] + columns[1] * y[:, None] + columns[2] * z[:, None]
 
 
 @functools.singledispatch

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import InputError
 from .box_shape import box_segments, corners_of, hulls_of_boxes
-from .geometry import EVERY_OBJECT, boxes_around, hulls_of, lines_of, normals_at
+from .geometry import EVERY_OBJECT, boxes_around, hulls_of, lines_of, moved_by, normals_at
 from .triangles import Triangles, reach_of
 
 PADDING = 8 * np.finfo(np.float64).eps
@@ -236,13 +236,13 @@ def _(
     owners, within = owners_of(geometry, primitives)
     inverse, _ = inverted(geometry.matrices)
     linear = inverse[owners, :, :3]
-    local = np.einsum("nij,nj->ni", linear, points) + inverse[owners, :, 3]
+    local = moved_by(linear, points) + inverse[owners, :, 3]
     normals = np.empty((len(points), 3))
     for number, mesh in enumerate(geometry.meshes):
         here = np.flatnonzero(geometry.which[owners] == number)
         if len(here):
             normals[here] = normals_at(mesh, within[here], local[here], times[here])
-    normals = np.einsum("nij,ni->nj", linear, normals)
+    normals = moved_by(linear.transpose(0, 2, 1), normals)
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 

@@ -61,7 +61,12 @@ class Scene:
     lights : tuple of Light
     materials : tuple of Material
     material_ids : (n,) int32 or None
-        Index into `materials` of each item, if there are any.
+        Index into `materials` of each item, if there are any; with `material_first`, of each run.
+    material_first : (n_runs + 1,) int64 or None
+        Number of the first primitive of each run of one material, as hits have it, where an
+        instance may hold several.
+    background : (float, float, float)
+        Red, green and blue of what rays see that hit nothing, 0 to 1, as they are shown.
     object_first : (n_objects + 1,) int64 or None
         Number of the first primitive of each object, as hits have it, where an instance may hold
         several objects; its object id is then the first one's.
@@ -85,6 +90,8 @@ class Scene:
     materials: tuple[Material, ...] = ()
     material_ids: np.ndarray | None = None
     object_first: np.ndarray | None = None
+    material_first: np.ndarray | None = None
+    background: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @classmethod
     def from_triangles(
@@ -313,6 +320,25 @@ class Scene:
         number = self.object_ids[primitive if owner < 0 else owner]
         return self.object_names[number], int(within)
 
+    def objects_of(self, primitives: np.ndarray) -> np.ndarray:
+        """Return the numbers of the objects, (n,), that primitives are of; -1 for -1, a miss."""
+        if self.object_first is not None:
+            return _runs_of(self.object_first, primitives)
+        owners, within = owners_of(self.geometry, primitives)
+        items = np.where(owners < 0, within, owners)
+        return np.where(items < 0, -1, self.object_ids[items])
+
+    def materials_of(self, primitives: np.ndarray) -> np.ndarray:
+        """Return what primitives that were hit are made of, (n,) int, as index into `materials`.
+
+        Where there are none, all zeros: what is not said to be of another material is matt.
+        """
+        if self.material_ids is None:
+            return np.zeros(len(primitives), dtype=np.int32)
+        if self.material_first is not None:
+            return self.material_ids[_runs_of(self.material_first, primitives)]
+        return self.material_ids[primitives]
+
     def flat(self) -> Scene:
         """Return the scene with its instances as triangles in world space.
 
@@ -354,6 +380,11 @@ class Scene:
     def diagonal(self) -> float:
         """Length of the diagonal of the box around the scene."""
         return float(np.linalg.norm(self.upper - self.lower))
+
+
+def _runs_of(first: np.ndarray, primitives: np.ndarray) -> np.ndarray:
+    """Return the run that each primitive lies in; -1 for -1."""
+    return np.searchsorted(first, primitives, side="right") - 1
 
 
 def _refuse_sizes(lower: np.ndarray, upper: np.ndarray, name: str) -> None:

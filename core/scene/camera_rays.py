@@ -75,12 +75,23 @@ def window_of(camera: Camera, width: float, height: float) -> Window:
     return Window(x, y, half * across / fitted, half * above / fitted)
 
 
-def camera_rays(camera: Camera, width: int, height: int, corner: bool = False) -> Rays:
+def camera_rays(
+    camera: Camera,
+    width: int,
+    height: int,
+    corner: bool = False,
+    chosen: np.ndarray | None = None,
+) -> Rays:
     """Return primary rays, (width * height), row by row from the top left.
 
     With `corner`, n rays in a row lie at x = -1 + 2 i / (n - 1), else at -1 + (2 i + 1) / n.
     Directions have component 1 along the view direction. Rays of a perspective camera start where
     it stands, those of an orthographic one in the plane through that place; none of them ends.
+
+    Parameters
+    ----------
+    chosen : (n,) int, optional
+        Numbers of the rays that are wanted; without it, all.
 
     Raises
     ------
@@ -104,12 +115,15 @@ def camera_rays(camera: Camera, width: int, height: int, corner: bool = False) -
     x = window.x + window.half_width * places(width)
     y = window.y - window.half_height * places(height)
     middle = forward if camera.kind == PERSPECTIVE else np.asarray(camera.position, float)
-    spread = middle + x[None, :, None] * right + y[:, None, None] * up
-    spread = spread.reshape(-1, 3)
+    if chosen is None:
+        spread = middle + x[None, :, None] * right + y[:, None, None] * up
+        spread = spread.reshape(-1, 3)
+    else:
+        rows, columns = np.divmod(chosen, width)
+        spread = middle + x[columns, None] * right + y[rows, None] * up
     if camera.kind == PERSPECTIVE:
         origins, directions = np.broadcast_to(camera.position, spread.shape), spread
     else:
         origins, directions = spread, np.broadcast_to(forward, spread.shape)
-    return Rays.from_arrays(
-        origins, directions, class_names=CLASS_NAMES, pixels=np.arange(len(directions))
-    )
+    pixels = np.arange(len(directions)) if chosen is None else chosen
+    return Rays.from_arrays(origins, directions, class_names=CLASS_NAMES, pixels=pixels)

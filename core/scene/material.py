@@ -6,6 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ..errors import InputError
+
+WHITE = 1.0, 1.0, 1.0
+
 
 @dataclass(frozen=True)
 class Material:
@@ -19,7 +23,7 @@ class Material:
     ----------
     name : str
     colour : (float, float, float)
-        Red, green and blue, 0 to 1.
+        Red, green and blue, 0 to 1, as they are shown.
     diffuse : float
         Kd: share of the light of the sources that is scattered in all directions.
     specular : float
@@ -30,6 +34,9 @@ class Material:
         T: share of what is seen in the direction of refraction.
     index_of_refraction : float
         Of the inside, the outside being 1; without a meaning where `transmission` is 0.
+    specular_colour, transmission_colour : (float, float, float)
+        What is reflected and refracted, white light being seen: the colour of a metal, of tinted
+        glass. The format knows white alone.
     """
 
     name: str
@@ -39,6 +46,22 @@ class Material:
     shine: float = 100_000.0
     transmission: float = 0.0
     index_of_refraction: float = 1.0
+    specular_colour: tuple[float, float, float] = WHITE
+    transmission_colour: tuple[float, float, float] = WHITE
+
+    def __post_init__(self) -> None:
+        """Refuse what would make more light than there is, or numbers that are none."""
+        shares = (self.diffuse, self.specular, self.transmission)
+        colours = (*self.colour, *self.specular_colour, *self.transmission_colour)
+        if not all(0.0 <= value <= 1.0 for value in (*shares, *colours)):
+            raise InputError(
+                f"material {self.name}: colours, diffuse, specular and transmission must be from "
+                "0 to 1"
+            )
+        if not (0.0 <= self.shine < math.inf and 0.0 < self.index_of_refraction < math.inf):
+            raise InputError(
+                f"material {self.name}: shine must be at least 0, index_of_refraction above 0"
+            )
 
     def to_json(self) -> dict[str, Any]:
         """Return all of it, as JSON takes it."""
@@ -50,6 +73,8 @@ class Material:
             "shine": self.shine,
             "transmission": self.transmission,
             "index_of_refraction": self.index_of_refraction,
+            "specular_colour": list(self.specular_colour),
+            "transmission_colour": list(self.transmission_colour),
         }
 
 
@@ -62,3 +87,7 @@ def shine_of(half_angle: float) -> float:
         In degrees from the direction of reflection, above 0 and below 90.
     """
     return math.log(0.5) / math.log(math.cos(math.radians(half_angle)))
+
+
+MATT = Material("matt", (0.8, 0.8, 0.8))
+"""What everything is made of in a scene without materials."""

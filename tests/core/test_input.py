@@ -258,10 +258,10 @@ def announced(monkeypatch, work):
         asked.append(needed)
 
     from accelscope.core.contract import structure as contract
-    from accelscope.core.evaluation.rays import workloads
+    from accelscope.core.evaluation.rays import camera, lines
     from accelscope.core.structures import grid
 
-    for module in (workloads, contract, grid):
+    for module in (camera, lines, contract, grid):
         monkeypatch.setattr(module, "refuse_if_too_large", note)
     work()
     monkeypatch.undo()

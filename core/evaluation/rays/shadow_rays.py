@@ -1,27 +1,18 @@
-"""Shadow rays: from what the primary rays hit to the lights."""
+"""Shadow rays: from what rays have hit to the lights."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ...contract.structure import Hits
 from ...errors import InputError
-from ...geometry.geometry import normals_at
 from ...geometry.rays import ANY, Rays
 from ...scene import LIGHT_KINDS, POINT, SUN, Light, Scene
 from ...scene.camera_rays import SHADOW
-
-OFF_THE_FACE = 1e-9
-"""How far off the face a shadow ray starts, relative to the scene's diagonal."""
-
-ULPS_OFF_THE_FACE = 32 * np.finfo(np.float64).eps
-"""The same relative to the largest coordinate of the hit and of the ray's origin.
-
-Far from the origin of the coordinates this is more. The point ``o + t d`` lies off its triangle by
-the roundings of t, of the product and of the sum, four units in the last place of those
-coordinates, and by as much more for a face that is seen edge-on; the shadow ray's own test has a
-slack of 8 units at the origin and 8 at the triangle. 32 is more than all of that together.
-"""
+from .surfaces import Surfaces, surfaces_hit
 
 
 def refuse_darkness(scene: Scene) -> None:
@@ -34,37 +25,56 @@ def refuse_darkness(scene: Scene) -> None:
         )
 
 
+class Ways(NamedTuple):
+    """Ways from surfaces to lights that shine on them, ordered by the surface, then by the light.
+
+    Attributes
+    ----------
+    surfaces, lights : (n,) int64
+        Numbers of the surface, and of the light.
+    origins, directions : (n, 3) float64
+    ends : (n,) float64
+        The t at which a way ends: 1 at a light, none at a sun.
+    """
+
+    surfaces: np.ndarray
+    lights: np.ndarray
+    origins: np.ndarray
+    directions: np.ndarray
+    ends: np.ndarray
+
+
+def ways_to_lights(surfaces: Surfaces, lights: Sequence[Light]) -> Ways:
+    """Return the ways from surfaces to each light that is on the side they are seen from.
+
+    One goes to a point or spot light, to the centre of an area light, or against the direction of
+    a sun. It starts a little off the face, so as not to hit it again.
+    """
+    origins = surfaces.points + surfaces.offsets[:, None] * surfaces.normals
+    to_light = np.stack([ways_to(light, origins) for light in lights], axis=1)
+    lit = (to_light * surfaces.normals[:, None]).sum(axis=2) > 0.0
+    lit &= np.stack([shines_along(light, to_light[:, n]) for n, light in enumerate(lights)], axis=1)
+    owner, number = np.nonzero(lit)
+    ends = np.array([np.inf if light.kind == SUN else 1.0 for light in lights])
+    return Ways(owner, number, origins[owner], to_light[lit], ends[number])
+
+
 def shadow_rays(scene: Scene, primary: Rays, hits: Hits) -> Rays | None:
     """Return the shadow rays of primary rays; None if there are none.
 
     From every hit one ray goes to each light that is on the viewer's side of the face and shines
-    there: to a point or spot light, to the centre of an area light (t_max = 1), or against the
-    direction of a sun (without an end). It starts a little off the face, so as not to hit it again.
-    Its source is the item that was hit, its target the number of the light.
+    there. Its source is the item that was hit, its target the number of the light.
     """
-    hit = np.flatnonzero(hits.primitive >= 0)
-    directions = primary.directions[hit]
-    points = primary.origins[hit] + hits.t[hit, None] * directions
-    normals = normals_at(scene.geometry, hits.primitive[hit], points, primary.times[hit])
-    normals *= -np.sign((normals * directions).sum(1, keepdims=True))  # towards the viewer
-    reach = np.maximum(np.abs(points), np.abs(primary.origins[hit])).max(axis=1, initial=0.0)
-    offset = np.maximum(OFF_THE_FACE * scene.diagonal, ULPS_OFF_THE_FACE * reach)
-    points += offset[:, None] * normals
-
-    to_light = np.stack([ways_to(light, points) for light in scene.lights], axis=1)
-    lit = (to_light * normals[:, None]).sum(axis=2) > 0.0
-    lit &= np.stack([shines_along(light, to_light[:, n])
-                     for n, light in enumerate(scene.lights)], axis=1)  # fmt: skip
-    origins = np.broadcast_to(points[:, None], to_light.shape)[lit]
-    if not len(origins):
+    surfaces = surfaces_hit(scene, primary, hits, np.flatnonzero(hits.primitive >= 0))
+    ways = ways_to_lights(surfaces, scene.lights)
+    if not len(ways.origins):
         return None
-    ends = np.array([np.inf if light.kind == SUN else 1.0 for light in scene.lights])
-    owner, light = np.nonzero(lit)
+    of = surfaces.rays[ways.surfaces]
     return Rays.from_arrays(
-        origins, to_light[lit], ends[light],
+        ways.origins, ways.directions, ways.ends,
         queries=ANY, classes=primary.class_names.index(SHADOW), class_names=primary.class_names,
-        sources=hits.primitive[hit][owner], targets=light, times=primary.times[hit][owner],
-        pixels=primary.pixels[hit][owner],
+        sources=hits.primitive[of], targets=ways.lights, times=primary.times[of],
+        pixels=primary.pixels[of],
     )  # fmt: skip
 
 
@@ -79,5 +89,7 @@ def shines_along(light: Light, to_light: np.ndarray) -> np.ndarray:
     """Say where a light shines against the vectors (n, 3) that lead to it."""
     if light.kind in (POINT, SUN):
         return np.ones(len(to_light), dtype=bool)
-    along = -(to_light @ np.asarray(light.direction, float))
-    return along > np.cos(np.radians(light.angle) / 2.0) * np.linalg.norm(to_light, axis=1)
+    # Not as a product of matrices, whose last digits depend on the machine.
+    along = -(to_light * np.asarray(light.direction, float)).sum(axis=1)
+    distance = np.sqrt((to_light * to_light).sum(axis=1))
+    return along > np.cos(np.radians(light.angle) / 2.0) * distance

@@ -37,7 +37,7 @@ from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...scene.camera_rays import CLASS_NAMES
 from ...settings import to_json
-from ..rays.workloads import Workload
+from ..rays.workload import Generations, Outcome, Workload
 from .environment import environment
 
 SCHEMA = "accelscope/2"
@@ -65,6 +65,7 @@ class Traced:
     """A traced workload: what it was, its rays, what they hit, what it cost on some threads.
 
     Of the seconds, those that went into making the cells of a lazy structure stand under `made`.
+    What has come of the rays beside their hits is the `outcome`.
     """
 
     workload: type[Workload]
@@ -75,6 +76,7 @@ class Traced:
     seconds: float
     threads: int
     made: Made | None = None
+    outcome: Outcome | None = None
 
 
 def build(
@@ -199,26 +201,61 @@ def trace_rays(
     rays : Rays
         The first generation, which may serve several structures.
     """
-    generations = workload.generations(built.structure.scene, settings, rays)
-    batches, hits, counts, seconds = [next(generations)], [], [], 0.0
-    before = built.structure.made()
-    with contextlib.suppress(StopIteration):
-        while True:
-            start = time.perf_counter()
-            hit, counted = built.structure.trace(
-                batches[-1], threads=threads, ray_order=settings.order, progress=progress
-            )
-            seconds += time.perf_counter() - start
-            hits.append(hit)
-            counts.append(counted.values)
-            batches.append(generations.send(hit))
+    structure, before = built.structure, built.structure.made()
+    batches: list[Rays] = []
+    hits: list[Hits] = []
+    counts: list[np.ndarray] = []
+    seconds = 0.0
+
+    def measured(batch: Rays) -> Hits:
+        nonlocal seconds
+        start = time.perf_counter()
+        hit, counted = structure.trace(
+            batch, threads=threads, ray_order=settings.order, progress=progress
+        )
+        seconds += time.perf_counter() - start
+        batches.append(batch)
+        hits.append(hit)
+        counts.append(counted.values)
+        return hit
+
+    generations = workload.generations(structure.scene, settings, rays, progress)
+    outcome = run_through(generations, measured)
+    made = made_since(before, structure)
+    unsparing = workload.unsparing(settings)
+    if outcome is not None and unsparing is not None:
+        outcome = outcome.against(outcome_of(structure, workload, unsparing, threads, progress))
     return Traced(
         workload, settings, joined_rays(batches),
         Hits(np.concatenate([hit.t for hit in hits]),
              np.concatenate([hit.primitive for hit in hits])),
-        Counts(built.structure.counters, np.concatenate(counts)), seconds,
-        threads or core_count(), made_since(before, built.structure),
+        Counts(structure.counters, np.concatenate(counts)), seconds,
+        threads or core_count(), made, outcome,
     )  # fmt: skip
+
+
+def run_through(generations: Generations, trace: Callable[[Rays], Hits]) -> Outcome | None:
+    """Trace a batch after the other, and return what comes of them in the end."""
+    batch = next(generations)
+    try:
+        while True:
+            batch = generations.send(trace(batch))
+    except StopIteration as end:
+        outcome: Outcome | None = end.value
+        return outcome
+
+
+def outcome_of(
+    structure: Structure, workload: type[Workload], settings: Any, threads: int, progress: Progress
+) -> Outcome | None:
+    """Trace a workload for its outcome alone: hits and counters are forgotten."""
+    first = workload.make(structure.scene, settings)
+    return run_through(
+        workload.generations(structure.scene, settings, first, progress),
+        lambda batch: structure.trace(
+            batch, threads=threads, ray_order=settings.order, progress=progress
+        )[0],
+    )
 
 
 def made_since(before: Made | None, structure: Structure) -> Made | None:
@@ -336,6 +373,8 @@ def make_record(built: Built, traced: Traced | None, progress: Progress = SILENT
         record["trace"]["routes"] = answered
     if traced.made is not None:
         record["trace"]["lazy"] = traced.made._asdict()
+    if traced.outcome is not None:
+        record["outcome"] = of_keys(traced.outcome.to_json(), traced.workload.FIGURES)
     return record
 
 

@@ -20,6 +20,7 @@ from ...printing import printable, show_integer
 from ...settings import to_json
 from ...structures import structure_named
 from ...writing import write_bytes
+from ..rays.workloads import WORKLOADS
 from .experiment import SCHEMA
 
 Record = dict[str, Any]
@@ -130,6 +131,7 @@ UNITS: dict[str, Callable[[Any], str]] = {
     "count": show_integer,
     "seconds": show_seconds,
     "bytes": in_words,
+    "error": lambda value: f"{value:.2g}",
 }
 """How values are shown, by their unit."""
 
@@ -204,6 +206,16 @@ def rows_of(structure: type[Structure]) -> list[Row]:
     ]
 
 
+def rows_of_outcome(record: Record) -> list[Row]:
+    """Return what a person sees of what has come of a record's rays."""
+    workload = WORKLOADS.get(record.get("rays", {}).get("name", ""))
+    return [
+        Row(each.section, each.label, ("outcome", *each.path), each.unit, "", each.meaning)
+        for each in (workload.FIGURES if workload else ())
+        if each.label
+    ]
+
+
 def figures(record: Record) -> list[tuple[str, str, str]]:
     """Return (section, label, text) of what the record has, for a person."""
     return [row[:3] for row in explained_figures(record)]
@@ -212,7 +224,7 @@ def figures(record: Record) -> list[tuple[str, str, str]]:
 def explained_figures(record: Record) -> list[tuple[str, str, str, str]]:
     """Return the same, and with each what it means: for whom there is a place to say it."""
     rows = []
-    for row in rows_of(structure_named(record["structure"]["name"])):
+    for row in (*rows_of(structure_named(record["structure"]["name"])), *rows_of_outcome(record)):
         value = look_up(record, row.path)
         if value is not None:
             show = UNITS[row.unit]

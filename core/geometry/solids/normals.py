@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry import normals_at
+from ..geometry import moved_by, normals_at
 from .frames import units_of
 from .mixed import (
     BOX,
@@ -46,12 +46,12 @@ def _(geometry: Mixed, primitives: np.ndarray, points: np.ndarray, times: np.nda
             gradients[here] = rows[:, MATRIX + 2]
         else:
             matrices = rows[:, MATRIX:CENTRE]
-            local = np.einsum("nij,nj->ni", matrices, points[here] - rows[:, CENTRE])
+            local = moved_by(matrices, points[here] - rows[:, CENTRE])
             gradient = GRADIENTS[int(kind)](rows, matrices, local)
             # Rows of very small items are very long.
             sizes = np.abs(matrices).max(axis=(1, 2), keepdims=True)
             matrices = matrices / np.where(sizes > 0.0, sizes, 1.0)
-            gradients[here] = np.einsum("nij,ni->nj", matrices, gradient)
+            gradients[here] = moved_by(matrices.transpose(0, 2, 1), gradient)
     return units_of(gradients)[0]
 
 
@@ -81,12 +81,12 @@ def _of_cone(rows: np.ndarray, matrices: np.ndarray, local: np.ndarray) -> np.nd
     """Return the normals of the mantle or of the nearer cap, (k, 3), in unit space."""
     base, apex, height = rows[:, SHAPE].T
     slope = 0.5 * (apex - base) / height
-    rho = np.hypot(local[:, 0], local[:, 1])
+    rho = np.sqrt(local[:, 0] ** 2 + local[:, 1] ** 2)  # rounded alike everywhere
     mantle = np.column_stack([local[:, :2] / np.where(rho > 0.0, rho, 1.0)[:, None], -slope])
     # At a tip all directions of the mantle meet; outward they have the axis in common.
     is_tip = ~mantle.any(axis=1)
     mantle[is_tip, 2] = 1.0
-    steepness = np.linalg.norm(np.einsum("nij,ni->nj", matrices, mantle), axis=1)
+    steepness = np.linalg.norm(moved_by(matrices.transpose(0, 2, 1), mantle), axis=1)
     off_mantle = np.abs(rho - 0.5 * (base + apex) - slope * local[:, 2]) / steepness
     off_cap = np.abs(np.abs(local[:, 2]) - height) * _thickness(matrices)[:, 2]
     is_high = local[:, 2] > 0.0
