@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..addon.results import lesson_view
-from ..addon.to_blender.images import image_of
+from ..addon.to_blender.images import keep_images
 
 
 class ACCELSCOPE_OT_open_lesson_image(bpy.types.Operator):
@@ -25,12 +25,8 @@ class ACCELSCOPE_OT_open_lesson_image(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         picture = lesson_view.current.picture
         assert picture is not None
-        kept = [image_of(image) for image in picture.images]
-        for window in context.window_manager.windows:
-            for area in window.screen.areas:
-                if area.type == "IMAGE_EDITOR":
-                    area.spaces.active.image = kept[0]
-        self.report({"INFO"}, f"Kept as image {', '.join(image.name for image in kept)}")
+        names = keep_images(context, picture.images)
+        self.report({"INFO"}, f"Kept as image {names}")
         return {"FINISHED"}
 
 

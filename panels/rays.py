@@ -7,6 +7,7 @@ from typing import Any
 import bpy
 
 from ..addon import jobs
+from ..addon.results import session
 from .base import (
     SidebarPanel,
     draw_job,
@@ -36,6 +37,9 @@ class VIEW3D_PT_accelscope_rays(SidebarPanel, bpy.types.Panel):
             row.operator("accelscope.trace")
 
         layout.operator("accelscope.step_ray")
+        traced = session.current.traced
+        if traced is not None and traced.outcome is not None:
+            layout.operator("accelscope.keep_picture", icon="IMAGE_DATA")
 
 
 CLASSES = (VIEW3D_PT_accelscope_rays,)

@@ -65,8 +65,10 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     add("--structure", nargs="+", metavar="SPEC", action="extend",
         help="structures, as accelscope list names them, or all (default: bvh)")  # fmt: skip
     add("--rays", nargs="+", metavar="SPEC", action="extend",
-        help="camera, random_lines or file (default: random_lines)")  # fmt: skip
+        help="camera, whitted, ambient, random_lines or file (default: random_lines)")  # fmt: skip
     add("--hits", metavar="PATH.npz", help="write hits and counters of every ray")
+    add("--image", metavar="PATH.png",
+        help="write the picture of rays such as whitted, as numbers (.npy), too")  # fmt: skip
     add_scene_options(parser)
     add_output_options(parser, "pictures of the cells over the mesh")
     add_threads_option(parser)
@@ -92,12 +94,14 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     refuse_bad_threads(arguments.threads)
     scenes = scenes_of(arguments.scenes, arguments.instances, open_file)
     runs = len(scenes) * len(chosen) * len(workloads)
-    if arguments.hits and runs != 1:
-        raise InputError(
-            f"--hits takes one scene, structure and set of rays, not {runs} combinations"
-        )
+    for option, path in (("--hits", arguments.hits), ("--image", arguments.image)):
+        if path and runs != 1:
+            raise InputError(
+                f"{option} takes one scene, structure and set of rays, not {runs} combinations"
+            )
+    images = image_files(arguments.image, workloads[0][0])
     rays_files = [settings.path for _, settings in workloads if hasattr(settings, "path")]
-    refuse_bad_outputs(arguments, [*arguments.scenes, *rays_files], [arguments.hits])
+    refuse_bad_outputs(arguments, [*arguments.scenes, *rays_files], [arguments.hits, *images])
     if not has_numba():
         fault = numba_fault()
         lack = f"Numba cannot be imported ({fault})" if fault else "no Numba here"
@@ -108,6 +112,27 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
         for name, open_one in scenes:
             batch.add_scene(name, open_one)
     return batch.results.exit_code
+
+
+def image_files(path: str | None, workload: type[Workload]) -> list[str]:
+    """Return the files that an image may be written to; none if none is asked for.
+
+    Raises
+    ------
+    InputError
+        If the rays make no picture, or its name is that of another kind of file.
+    """
+    if path is None:
+        return []
+    from ...core.evaluation.pages.picture_files import picture_files
+
+    if not workload.FIGURES:
+        raise InputError(
+            f"rays {workload.name} make no picture; --image takes --rays whitted or ambient"
+        )
+    if Path(path).suffix.lower() != ".png":
+        raise InputError(f"--image writes PNG; call it something.png, not '{path}'")
+    return [str(each) for each in picture_files(path)]
 
 
 class Asked(NamedTuple):
@@ -214,6 +239,11 @@ class Batch:
             self.results.keep()
             if self.arguments.hits:
                 write_hits(self.arguments.hits, scene, traced)
+            if self.arguments.image:
+                from ...core.evaluation.pages.picture_files import write_picture
+
+                assert traced.outcome is not None
+                write_picture(self.arguments.image, traced.outcome)
         if self.gallery:
             records = self.results.records[-len(self.workloads) :]
             draw = functools.partial(self.gallery.add, built, records, shown)

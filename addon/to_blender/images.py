@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import bpy
@@ -16,7 +17,17 @@ def image_of(image: Image) -> bpy.types.Image:
     height, width = image.pixels.shape[:2]
     made = bpy.data.images.new(image.name, width, height)
     texels = np.ones((height, width, 4), dtype=np.float32)
-    texels[..., :3] = image.pixels[::-1]
+    texels[..., :3] = np.clip(image.pixels[::-1], 0.0, 1.0)
     made.pixels.foreach_set(texels.ravel())
     made.pack()
     return made
+
+
+def keep_images(context: bpy.types.Context, images: Sequence[Image]) -> str:
+    """Put images into the file, the first of them into image editors; return their names."""
+    kept = [image_of(image) for image in images]
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "IMAGE_EDITOR":
+                area.spaces.active.image = kept[0]
+    return ", ".join(image.name for image in kept)

@@ -170,7 +170,13 @@ OF_LESSONS = {
 }  # fmt: skip
 """Operators that go on with a lesson: see test_lessons.py and test_rays_of_lessons.py."""
 
-WITHOUT_RESULTS = {"add_sample_scene", "cancel", "clear", "stop_compiling"} | OF_LESSONS
+WITHOUT_RESULTS = {
+    "add_sample_scene",
+    "cancel",
+    "clear",
+    "keep_picture",
+    "stop_compiling",
+} | OF_LESSONS
 """Operators that make nothing of a structure's own."""
 
 VERBS: list[Callable[[Bench], None]] = [

@@ -86,6 +86,26 @@ def test_cells_that_rays_make_are_shown(bpy: Any, monkey: Any, root: Any, curren
     assert current.cells.extra["is_made"].sum() == current.built.structure.made().cells
 
 
+def test_the_picture_of_whitted_is_kept_on_demand(
+    bpy: Any, traced: Any, root: Any, current: Any
+) -> None:
+    assert not bpy.ops.accelscope.keep_picture.poll()
+    root.workload = "whitted"
+    own = root.workloads.whitted
+    own.width, own.height, own.samples, own.adaptive = 24, 16, 2, True
+    bpy.ops.accelscope.trace()
+    assert current.record["outcome"]["samples"] == current.traced.outcome.samples.sum()
+    bpy.ops.accelscope.keep_picture()
+    images = {image.name: image for image in bpy.data.images}
+    assert set(images) == {"picture", "samples"}
+    assert tuple(images["picture"].size) == (24, 16)
+    texels = np.empty(24 * 16 * 4, dtype=np.float32)
+    images["picture"].pixels.foreach_get(texels)
+    shown = texels.reshape(16, 24, 4)[::-1, :, :3]
+    right = np.minimum(current.traced.outcome.picture, 1.0)
+    np.testing.assert_allclose(shown, right, atol=0.5 / 255 + 1e-6)
+
+
 def test_trace_uses_the_camera_where_it_is_now(
     bpy: Any, monkey: Any, root: Any, current: Any
 ) -> None:

@@ -23,6 +23,9 @@ coordinates, and by as much more for a face that is seen edge-on; the new ray's 
 slack of 8 units at the origin and 8 at the triangle. 32 is more than all of that together.
 """
 
+CHUNK = 1 << 15
+"""New rays that are made together: some ten milliseconds between two looks whether to stop."""
+
 
 class Surfaces(NamedTuple):
     """Where some rays of a batch have hit: a row for each.

@@ -28,6 +28,10 @@ class Outcome(Protocol):
     def picture(self) -> np.ndarray:
         """What they have seen, (height, width, 3) float64: red, green, blue; 1 is white."""
 
+    @property
+    def samples(self) -> np.ndarray:
+        """How many primary rays each pixel has, (height, width) int64."""
+
     def to_json(self) -> dict[str, Any]:
         """Return the workload's figures by their keys."""
 
@@ -49,7 +53,7 @@ class Workload(ABC):
     Settings : type
         The settings dataclass; one of them is ``order``, see :func:`ray_order`.
     FIGURES : tuple of Figure
-        What the outcome of its rays holds, in reading order.
+        What the outcome of its rays holds, in reading order; without any, there is no outcome.
     """
 
     name: ClassVar[str]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...errors import InputError
 from ...sah.line_sample import random_lines
+from .ambient import AmbientSettings, AmbientWorkload
 from .camera import CameraSettings, CameraWorkload, camera_of
 from .from_file import FileSettings, FileWorkload
 from .lines import RandomLinesSettings, RandomLinesWorkload
@@ -11,14 +12,21 @@ from .whitted import WhittedSettings, WhittedWorkload
 from .workload import Generations, Workload, ray_order
 
 __all__ = [
-    "WORKLOADS", "CameraSettings", "CameraWorkload", "FileSettings", "FileWorkload", "Generations",
-    "RandomLinesSettings", "RandomLinesWorkload", "WhittedSettings", "WhittedWorkload", "Workload",
-    "camera_of", "random_lines", "ray_order", "workload_named", "workloads",
+    "WORKLOADS", "AmbientSettings", "AmbientWorkload", "CameraSettings", "CameraWorkload",
+    "FileSettings", "FileWorkload", "Generations", "RandomLinesSettings", "RandomLinesWorkload",
+    "WhittedSettings", "WhittedWorkload", "Workload", "camera_of", "random_lines", "ray_order",
+    "workload_named", "workloads",
 ]  # fmt: skip
 
 WORKLOADS: dict[str, type[Workload]] = {
     workload.name: workload
-    for workload in (CameraWorkload, WhittedWorkload, RandomLinesWorkload, FileWorkload)
+    for workload in (
+        CameraWorkload,
+        WhittedWorkload,
+        AmbientWorkload,
+        RandomLinesWorkload,
+        FileWorkload,
+    )
 }
 
 

@@ -216,6 +216,17 @@ def rows_of_outcome(record: Record) -> list[Row]:
     ]
 
 
+def generations_in_words(record: Record) -> list[tuple[str, str, str, str]]:
+    """Return a row for each depth of a picture's rays: how many of which class."""
+    rows = []
+    for generation in record.get("outcome", {}).get("generations", ()):
+        numbers = {name.replace("_", " "): n for name, n in generation.items() if name != "depth"}
+        text = ", ".join(f"{show_integer(n)} {name}" for name, n in numbers.items() if n)
+        meaning = "rays of this depth by class, and those left out since they could add too little"
+        rows.append(("Fewer rays", f"Depth {generation['depth']}", text, meaning))
+    return rows
+
+
 def figures(record: Record) -> list[tuple[str, str, str]]:
     """Return (section, label, text) of what the record has, for a person."""
     return [row[:3] for row in explained_figures(record)]
@@ -231,6 +242,7 @@ def explained_figures(record: Record) -> list[tuple[str, str, str, str]]:
             text = " x ".join(map(show, value)) if isinstance(value, list) else show(value)
             label = said_of_items(record, row.label, row.path[-1])
             rows.append((row.section, label, text, row.meaning))
+    rows += generations_in_words(record)
     for name, route in record.get("trace", {}).get("routes", {}).items():
         text = f"{show_integer(route['rays'])}, by {route['structure']}"
         meaning = "rays of this class, and the structure that they were sent to"

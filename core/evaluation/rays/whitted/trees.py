@@ -33,7 +33,7 @@ from ....scene import Light, Scene
 from ....scene.camera_rays import PRIMARY, SHADOW
 from ..ray_files import BYTES_PER_RAY
 from ..shadow_rays import ways_to_lights
-from ..surfaces import Surfaces, surfaces_hit
+from ..surfaces import CHUNK, Surfaces, surfaces_hit
 from .optics import mirrored, refracted
 from .shading import Surfacing, intensity, lit
 
@@ -42,9 +42,6 @@ CLASS_NAMES = PRIMARY, SHADOW, REFLECTED, REFRACTED
 
 OF_PRIMARY, OF_SHADOW, OF_REFLECTED, OF_REFRACTED = range(4)
 """Classes by number."""
-
-CHUNK = 1 << 15
-"""Hits that are looked at together: some ten milliseconds between two looks whether to stop."""
 
 
 class Batch(NamedTuple):
