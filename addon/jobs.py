@@ -303,6 +303,13 @@ class JobOperator:
             When the work cannot go on.
         """
 
+    def enough(self) -> Any:
+        """Return what `finish` can go on with before the work is done; None to wait for all of it.
+
+        What is still under way is given up then.
+        """
+        return None
+
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Do the work and return."""
         forget_refusal()
@@ -351,7 +358,11 @@ class JobOperator:
             redraw_sidebars()
             if not job.is_finished:
                 self.tick(context)
-                return {"PASS_THROUGH"}
+                early = self.enough()
+                if early is None:
+                    return {"PASS_THROUGH"}
+                self._end(context)
+                return self._store(context, early)
             self._end(context)
             return self._conclude(context, job)
         except Exception as error:  # told as above; the buttons are free again first

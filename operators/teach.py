@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
@@ -18,6 +19,9 @@ from ..addon.results.outcome import drawable_since
 from ..addon.to_blender import lesson_scene
 from ..core.progress import Progress
 
+if TYPE_CHECKING:  # importing it for real would import the structures, and Numba with them
+    from ..core.lessons.lesson import Play
+
 SAMPLE, MESH, BUILT = "SAMPLE", "MESH", "BUILT"
 
 SUBJECTS = [
@@ -25,6 +29,30 @@ SUBJECTS = [
     (MESH, "My Mesh", "The selected objects, or all that are visible if none is selected"),
     (BUILT, "What Was Built", "The structure that was built, and the rays that were traced"),
 ]
+
+
+class Opening(NamedTuple):
+    """What a lesson is opened with.
+
+    Attributes
+    ----------
+    ready : Ready
+    items, label : object, str
+        Of the sample; without any the lesson is about a mesh of the user's.
+    look : object
+        How that mesh looked.
+    is_draft : bool
+        Whether what was played is a draft.
+    drawable : Drawable, optional
+        The cells, where rays have made some of them.
+    """
+
+    ready: Ready
+    items: Any
+    label: str
+    look: Any
+    is_draft: bool
+    drawable: Any = None
 
 
 class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
@@ -96,8 +124,11 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
             look = session.current.snapshot.look
 
         made = given[0].made() if given else None
+        # A thread must not touch the operator itself.
+        begun: list[Callable[[Play], Opening]] = []
+        self._begun = begun
 
-        def work(progress: Progress) -> tuple[Ready, Any, str, Any, Any]:
+        def work(progress: Progress) -> Opening:
             items, label = None, ""
             progress.report(0, 1, "Preparing the lesson")
             if given:
@@ -113,14 +144,28 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
                     subject = dataclasses.replace(subject, rays=traced.rays)
                 if is_own and lesson.takes_frames:
                     subject = dataclasses.replace(subject, history=history)
-                play = lesson.play(subject, settings, progress)
+
+                def opening(play: Play, *, is_draft: bool = True) -> Opening:
+                    ready = Ready(lesson, subject, play, settings)
+                    return Opening(ready, items, label, look, is_draft)
+
+                # What a structure makes of itself for rays is drawn when all have been traced.
+                if made is None:
+                    begun.append(opening)
+                finished = opening(lesson.play(subject, settings, progress), is_draft=False)
             drawable = drawable_since(made, given[0], progress) if given else None
-            return Ready(lesson, subject, play, settings), items, label, look, drawable
+            return finished._replace(drawable=drawable)
 
         return work
 
-    def finish(self, context: bpy.types.Context, result: Any) -> str:
-        ready, items, label, look, drawable = result
+    def enough(self) -> Opening | None:
+        """Open the lesson with the first draft: all of it is played when it can be seen."""
+        assert self._job is not None
+        draft = self._job.take_draft() if self._begun else None
+        return None if draft is None else self._begun[0](draft)
+
+    def finish(self, context: bpy.types.Context, result: Opening) -> str:
+        ready, items, label, look, is_draft, drawable = result
         if drawable is not None:
             session.current.set_cells(drawable)
         if label:
@@ -148,6 +193,8 @@ class ACCELSCOPE_OT_teach(jobs.JobOperator, bpy.types.Operator):
             arrange(area)
             turn_to_front(area)
             lesson_view.current.frame(context, area)
+        if is_draft:
+            lesson_view.current.play_again(owner)
         return ready.lesson.label
 
     def give_up(self) -> None:

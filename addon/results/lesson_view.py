@@ -169,13 +169,17 @@ class LessonView:
             group.ray = 0
         self.follow(owner)
 
+    def play_again(self, owner: bpy.types.Scene) -> None:
+        """Have the lesson played anew, whatever its knobs say."""
+        self.played_with = None
+        self.follow(owner)
+
     def choose_camera(self, owner: bpy.types.Scene, camera: Camera) -> None:
         """Have the lesson played with the rays of another camera."""
         assert self.subject is not None
         seen = dataclasses.replace(self.subject.scene, camera=camera)
         self.subject = dataclasses.replace(self.subject, scene=seen)
-        self.played_with = None
-        self.follow(owner)
+        self.play_again(owner)
 
     def hide_cells(self, owner: bpy.types.Scene) -> None:
         """Leave out the cells of what was built, or draw them with the lesson, as asked for."""

@@ -298,6 +298,49 @@ def test_a_draft_is_shown_until_the_play_is_finished(
     assert view.picture.caption == "3 other"
 
 
+@pytest.mark.parametrize("ends", ["whole", "esc"])
+def test_a_lesson_is_taught_with_its_first_draft(
+    bpy: Any, view: Any, example: Any, jobs: Any, context: Any, windowed: Windowed, ends: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """It can be seen at once; all of it is played then, and Esc leaves the draft."""
+    from accelscope.addon.results import lesson_view
+    from accelscope.operators.teach import ACCELSCOPE_OT_teach as Real
+
+    class Teach(jobs.JobOperator):
+        prepare, enough, finish, give_up = Real.prepare, Real.enough, Real.finish, Real.give_up
+        head_start, lesson, subject = 0.0, "", "SAMPLE"
+
+        def report(self, kind: set[str], text: str) -> None:
+            pass
+
+    assert bpy.ops.accelscope.end_lesson() == {"FINISHED"}
+    example.go.clear()
+    example.has_draft = True
+    monkeypatch.setattr(type(context), "window", bpy.context.window)
+    operator = Teach()
+    assert operator.invoke(context, None) == {"RUNNING_MODAL"}
+    job = jobs.running()
+    assert example.offered.wait(60.0)
+    assert operator.modal(context, TIMER) == {"FINISHED"}
+    assert view.picture.caption == "1 draft of plain"
+    job.wait(60.0)
+    assert job.is_cancelled
+    windowed.tick()
+    (playing,), job = windowed.begun, jobs.running()
+    assert job.by == lesson_view.PLAY
+    if ends == "esc":
+        assert playing.modal(context, ESC) == {"CANCELLED"}
+        assert view.picture.caption == "1 draft of plain"
+        return
+    example.go.set()
+    job.wait(60.0)
+    assert playing.modal(context, TIMER) == {"FINISHED"}
+    assert view.picture.caption == "1 plain"
+    assert view.lesson is example.lesson
+    assert context.window_manager.timers == []
+
+
 def test_a_draft_stays_after_esc_and_the_next_knob_plays_all(
     view: Any, example: Any, knobs: Any, jobs: Any, context: Any, windowed: Windowed,
     drafted: tuple[Any, Any],
