@@ -15,6 +15,9 @@ _CORNERS = np.array([(0, -1), (0, 1), (1, -1), (1, 1)], dtype=np.float32)
 _TRIANGLES = np.array([(0, 1, 2), (2, 1, 3)], dtype=np.int32)
 
 
+SHARP = 960
+"""Pixels in a row of an image, about, from which on its pixels need not be told apart."""
+
 # -------------------------------------------------------------------------------------- textures
 
 
@@ -26,7 +29,12 @@ def texture(texels: np.ndarray) -> gpu.types.GPUTexture:
 
 
 def image_texture(pixels: np.ndarray) -> gpu.types.GPUTexture:
-    """Upload an image (height, width, 3) whose first row is the upper one."""
+    """Upload an image (height, width, 3) whose first row is the upper one.
+
+    One of few pixels is made larger first: what the graphics card puts between them is no pixel.
+    """
+    times = max(SHARP // pixels.shape[1], 1)
+    pixels = pixels.repeat(times, axis=0).repeat(times, axis=1)
     texels = np.ones((*pixels.shape[:2], 4), dtype=np.float32)
     texels[..., :3] = pixels[::-1]
     return texture(np.ascontiguousarray(texels))

@@ -3,8 +3,8 @@
 The colours are those of viridis, whose lightness grows evenly (S. van der Walt, N. Smith, 2015, in
 the public domain). They go from the least value to that which 995 of 1000 pixels do
 not exceed; a few silhouettes would leave no colours for the rest otherwise. The scale below the map
-is a histogram as well: a bar for every 64th of that range, as high as many pixels lie in it; pixels
-whose counter is 0 are in none.
+is a histogram as well: a bar for every 64th of that range, as high as the logarithm of how many
+pixels lie in it, since most of them lie in the first; pixels whose counter is 0 are in none.
 
 The map comes coarse first, every eighth pixel of every eighth row, then finer; no ray is traced
 twice for that.
@@ -230,7 +230,9 @@ def map_of(values: np.ndarray, column: int, row: int) -> np.ndarray:
 
 
 def scale(fractions: np.ndarray, width: int, height: int) -> np.ndarray:
-    """Return the colours in their order, as high as many pixels have them, (height, width, 3).
+    """Return the colours in their order, the higher the more pixels have them, (height, width, 3).
+
+    Heights are logarithmic: one pixel more than none is seen.
 
     Parameters
     ----------
@@ -240,7 +242,8 @@ def scale(fractions: np.ndarray, width: int, height: int) -> np.ndarray:
     counts, _ = np.histogram(fractions, bins=BARS, range=(0.0, 1.0))
     places = np.arange(width) / max(width - 1, 1)
     bar = np.minimum((places * BARS).astype(np.int64), BARS - 1)
-    high = np.ceil(counts / max(counts.max(), 1) * (height - 1)).astype(np.int64)[bar]
+    shares = np.log1p(counts) / np.log1p(max(counts.max(), 1))
+    high = np.ceil(shares * (height - 1)).astype(np.int64)[bar]
     is_bar = np.arange(height)[::-1, None] < high
     return np.where(is_bar[..., None], viridis(places)[None], 0.25)
 
