@@ -42,6 +42,27 @@ def project(points: np.ndarray, matrix: np.ndarray, width: float, height: float)
     return places
 
 
+def raised(points: np.ndarray, heights: np.ndarray, line: float, top: float) -> np.ndarray:
+    """Return the middles of columns of texts, (n, 2), whose last lines stand beside points.
+
+    Lower where they would not fit otherwise. A text by itself is not moved.
+
+    Parameters
+    ----------
+    points : (n, 2) float
+        In pixels; NaN for those that are not seen.
+    heights : (n,) float
+        Of the columns.
+    line : float
+        Height of one text.
+    top : float
+        Where the room for texts ends.
+    """
+    up = np.minimum(0.5 * (heights - line), top - 0.5 * heights - points[:, 1])
+    is_moved = (heights > line) & (points[:, 1] <= top)
+    return points + np.stack([np.zeros(len(points)), np.where(is_moved, up, 0.0)], axis=1)
+
+
 def place(
     points: np.ndarray, sizes: np.ndarray, room: Room, gap: float, taken: Sequence[Room] = ()
 ) -> list[Room | None]:

@@ -20,10 +20,10 @@ from .labels import Room
 from .overlay import tag_redraw
 from .texts import BRIGHT, Colour, Screen
 from .viewport import room_in
-from .words import IMAGE_GAP, room_of_images, words_of
+from .words import IMAGE_GAP, Words, room_of_images, words_of
 
 if TYPE_CHECKING:  # only the types: their modules bring Numba in
-    from ...core.lessons.picture import Picture
+    from ...core.lessons.picture import Mark, Picture
 
 LINE_WIDTH = 1.8
 """Width of lines, in pixels on a screen of ordinary resolution."""
@@ -43,8 +43,9 @@ DARK_ENOUGH = 0.55
 LARGE = 1.7
 """How much larger large text is."""
 
-MOST_FOR_FIGURES = 0.4
-"""Share of the viewport's width that is kept free for figures at most."""
+MOST_FOR_FIGURES, LEAST_HEIGHT = 0.4, 0.3
+"""Share of the viewport's width that is kept free for figures at most, and of its height that is
+left below them at least."""
 
 
 class _Tools(NamedTuple):
@@ -59,8 +60,12 @@ class _Drawn:
     """A picture, and what of it is on the graphics card."""
 
     def __init__(self, picture: Picture, heading: str) -> None:
+        from ...core.lessons.picture import in_columns
+
         self.picture, self.heading = picture, heading
-        self.positions = np.array([np.asarray(mark.position, float) for mark in picture.marks])
+        self.columns = in_columns(picture.marks)
+        lowest = [np.asarray(column[-1].position, float) for column in self.columns]
+        self.positions = np.array(lowest)
 
     @cached_property
     def lines(self) -> gpu.types.GPUBatch:
@@ -191,25 +196,42 @@ def text_size(context: bpy.types.Context, is_large: bool) -> float:
     return points * context.preferences.system.ui_scale * (LARGE if is_large else 1.0)
 
 
-def room_for_lines(context: bpy.types.Context, area: bpy.types.Area, is_large: bool) -> Room:
-    """Return what of a viewport words and images leave for lines and faces, in pixels."""
+def rooms_for_lines(context: bpy.types.Context, area: bpy.types.Area, is_large: bool) -> list[Room]:
+    """Return what of a viewport words and images leave for lines and faces, in pixels.
+
+    That has corners, so there are several rectangles in it: any of them will do.
+    """
     room = room_in(area)
     if _state.drawn is None:
-        return room
+        return [room]
     screen, picture = Screen(text_size(context, is_large), (0.0, 0.0, 0.0)), _state.drawn.picture
-    inner = screen.inside(room)
-    taken = []
+    inner, taken, rooms = screen.inside(room), [], [room]
     if picture.images:
-        taken.append(room_of_images(screen, picture.images, inner))
-        room = room._replace(right=taken[0].left)
-    if not is_large:
-        return room
-    screen, words = words_of(screen, picture, _state.drawn.heading, inner, taken)
-    # Figures stand at the left, the caption below; the heading is short.
-    left = max((each.right for each in words.figures), default=room.left)
-    left = min(left, room.left + MOST_FOR_FIGURES * (room.right - room.left))
-    bottom = max((each.top for each in words.caption), default=room.bottom)
-    return Room(left, bottom, room.right, inner.top - screen.line)
+        corner = room_of_images(screen, picture.images, inner)
+        taken.append(corner)
+        rooms = [room._replace(right=corner.left), room._replace(bottom=corner.top)]
+    if is_large:
+        screen, words = words_of(screen, picture, _state.drawn.heading, inner, taken)
+        rooms = [
+            each for one in rooms for each in _beside_words(one, words, inner.top - screen.line)
+        ]
+    return rooms
+
+
+def _beside_words(room: Room, words: Words, top: float) -> tuple[Room, Room]:
+    """Return what is right of the figures, and what is below; the caption is below both.
+
+    Parameters
+    ----------
+    top : float
+        Where the heading ends, which is short.
+    """
+    right = max((each.right for each in words.figures), default=room.left)
+    right = min(right, room.left + MOST_FOR_FIGURES * (room.right - room.left))
+    below = min((each.bottom for each in words.figures), default=top)
+    floor = max([room.bottom, *(each.top for each in words.caption)])
+    above = max(below, floor + LEAST_HEIGHT * (top - floor))
+    return Room(right, floor, room.right, top), Room(room.left, floor, room.right, above)
 
 
 def background(context: bpy.types.Context) -> Colour:
@@ -298,15 +320,22 @@ def draw_texts_and_images(
         screen_of_words, words = words_of(screen, drawn.picture, drawn.heading, inner, taken)
         screen_of_words.draw()
         taken += [*words.heading, *words.figures, *words.caption]
-    marks = drawn.picture.marks
-    if marks:
+    if drawn.columns:
         seen = labels.project(drawn.positions, matrix, *size)
-        sizes = np.array([screen.size_of(mark.text) for mark in marks])
+        sizes = np.array([_size_of(screen, column) for column in drawn.columns])
+        seen = labels.raised(seen, sizes[:, 1], text_size, inner.top)
         found = labels.place(seen, sizes, inner, 0.5 * text_size, taken)
-        for mark, place in zip(marks, found, strict=True):
-            if place is not None:
-                screen.add(mark.text, place.left, place.bottom, mark.colour)
+        for column, place in zip(drawn.columns, found, strict=True):
+            for mark in column if place is not None else ():
+                bottom = place.top - text_size - mark.line * screen.line
+                screen.add(mark.text, place.left, bottom, mark.colour)
     screen.draw()
+
+
+def _size_of(screen: Screen, column: Sequence[Mark]) -> tuple[float, float]:
+    """Return width and height of texts below each other."""
+    width = max(screen.size_of(mark.text)[0] for mark in column)
+    return width, screen.text_size + (len(column) - 1) * screen.line
 
 
 def _draw_images(screen: Screen, drawn: _Drawn, room: Room) -> Room:

@@ -5,6 +5,7 @@ Blender's own View Selected knows objects only.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import bpy
@@ -21,7 +22,7 @@ FRONT_RIGHT_ABOVE = (0.55, -0.75, 0.42)
 """Where the eye stands in the pictures of pages, seen from the middle of the scene."""
 
 
-def look_at(area: bpy.types.Area, points: np.ndarray, room: Room | None = None) -> None:
+def look_at(area: bpy.types.Area, points: np.ndarray, rooms: Sequence[Room] = ()) -> None:
     """Move a viewport, not turn it, so that it just shows all points beside its sidebar.
 
     Parameters
@@ -30,11 +31,10 @@ def look_at(area: bpy.types.Area, points: np.ndarray, room: Room | None = None) 
         Of type ``VIEW_3D``.
     points : (n, 3) float64
         At least one.
-    room : Room, optional
-        Where they shall be seen, in pixels; by default wherever nothing covers the viewport.
+    rooms : sequence of Room
+        Where they may be seen, in pixels: in that of these where they are largest. By default
+        wherever nothing covers the viewport.
     """
-    from ...core.evaluation.pages.picture_cameras import standpoint
-
     space = area.spaces.active
     view = space.region_3d
     if view.view_perspective == "CAMERA":
@@ -42,20 +42,37 @@ def look_at(area: bpy.types.Area, points: np.ndarray, room: Room | None = None) 
     # Blender looks along the third axis, backwards.
     axes = np.array(view.view_rotation.to_matrix()).T * [[1], [1], [-1]]
     seen = points @ axes.T
-    slopes = slopes_of(area, space.lens, room)
+    is_perspective = view.view_perspective == "PERSP"
+    places = [
+        _place_for(seen, slopes_of(area, space.lens, room), is_perspective)
+        for room in rooms or [None]
+    ]
+    distance, middle = min(places, key=lambda place: place[0])
+    view.view_distance = max(distance, space.clip_start)
+    view.view_location = Vector(middle @ axes)
+
+
+def _place_for(seen: np.ndarray, slopes: Slopes, is_perspective: bool) -> tuple[float, np.ndarray]:
+    """Return how far to stand from where to look, and that, (3,), so that all points are seen.
+
+    Parameters
+    ----------
+    seen : (n, 3) float64
+        The points: to the right, up, and forward.
+    """
+    from ...core.evaluation.pages.picture_cameras import standpoint
+
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle = 0.5 * (low + high)
-    if view.view_perspective == "PERSP":
+    if is_perspective:
         place = standpoint(seen, slopes)
-        distance = max(middle[2] - place[2], space.clip_start)
+        distance = float(middle[2] - place[2])
         middle[:2] = place[:2]
-    else:
-        # Parallel rays: the distance only says how much is seen.
-        needed = [size / sum(slope) for size, slope in zip(high - low, slopes, strict=False)]
-        distance = max(*needed, space.clip_start)
-        middle[:2] += [0.5 * (before - behind) * distance for before, behind in slopes]
-    view.view_distance = distance
-    view.view_location = Vector(middle @ axes)
+        return distance, middle
+    # Parallel rays: the distance only says how much is seen.
+    distance = max(size / sum(slope) for size, slope in zip(high - low, slopes, strict=False))
+    middle[:2] += [0.5 * (before - behind) * distance for before, behind in slopes]
+    return distance, middle
 
 
 def slopes_of(area: bpy.types.Area, lens: float, room: Room | None = None) -> Slopes:

@@ -209,7 +209,7 @@ class LessonView:
         """Move a viewport so that it shows the scene and all that is drawn."""
         owner = owner_scene() or context.scene  # an operator may just have come to it
         is_large = owner.accelscope.teaching.large_text
-        look_at(area, self.points(), picture_overlay.room_for_lines(context, area, is_large))
+        look_at(area, self.points(), picture_overlay.rooms_for_lines(context, area, is_large))
 
     def frame_again(self, owner: bpy.types.Scene) -> None:
         """Do so in the windows of its scene: words take another part of the viewport now."""

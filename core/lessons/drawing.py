@@ -142,8 +142,10 @@ def column(scene: Scene, texts: Sequence[tuple[str, Colour]]) -> list[Mark]:
     step = 0.08 * extent_of(scene)
     corner = np.array([scene.lower[0], scene.lower[1], scene.upper[2]])
     return [
-        Mark(corner + np.array([0.0, 0.0, (len(texts) - place + 0.4) * step]), text, colour[:3])
-        for place, (text, colour) in enumerate(texts)
+        Mark(
+            corner + np.array([0.0, 0.0, (len(texts) - line + 0.4) * step]), text, colour[:3], line
+        )
+        for line, (text, colour) in enumerate(texts)
     ]
 
 

@@ -206,11 +206,12 @@ class Refinement(Play):
         names = chart.named("split", "triangles, clusters (logarithmic)")
         split = self.splits[number]
         marks = [
-            Mark(chart.at(0.45, 0.95), counted(split.triangles, "triangle", "triangles")),
+            Mark(chart.at(0.45, 0.95), counted(split.triangles, "triangle", "triangles"), GREY[:3]),
             Mark(
                 chart.at(0.45, 0.83),
                 counted(len(split.left) + len(split.right), "cluster", "clusters"),
                 BLUE[:3],
+                line=1,
             ),
         ]
         return lines, [*names, *marks]

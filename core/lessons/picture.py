@@ -5,6 +5,7 @@ The same picture is drawn by the overlay, painted into a PNG and printed by the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,11 +26,14 @@ class Mark:
         A few words, on one line.
     colour : (3,) of float, optional
         sRGB; by default whatever is legible on the background.
+    line : int
+        In a column of texts, how many of them come before it; they stand together on the screen.
     """
 
     position: np.ndarray
     text: str
     colour: tuple[float, float, float] | None = None
+    line: int = 0
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,17 @@ class Row:
     label: str
     text: str
     meaning: str = ""
+
+
+def in_columns(marks: Sequence[Mark]) -> list[list[Mark]]:
+    """Return texts in their columns, of which most are a single one."""
+    columns: list[list[Mark]] = []
+    for mark in marks:
+        if mark.line:
+            columns[-1].append(mark)
+        else:
+            columns.append([mark])
+    return columns
 
 
 NO_LINES, NO_FACES, NO_COLOURS = np.empty((0, 2, 3)), np.empty((0, 3, 3)), np.empty((0, 4))

@@ -64,6 +64,26 @@ def test_what_is_not_seen_has_no_label():
     assert [each is None for each in found] == [True, True, False]
 
 
+@pytest.mark.parametrize(
+    ("y", "bottom"),
+    [
+        (100.0, 94.0),  # the last of three lines stands as one alone would
+        (295.0, 280.0),  # as high as there is room
+        (315.0, 280.0),
+    ],
+)
+def test_a_column_stands_above_its_point_and_within_the_room(y, bottom):
+    points, heights = np.array([[100.0, y], [np.nan, np.nan]]), np.array([40.0, 40.0])
+    middles = labels.raised(points, heights, 12.0, ROOM.top)
+    assert middles[0, 0] == 100.0
+    assert np.isnan(middles[1]).all()
+    sizes = np.stack([[50.0, 50.0], heights], axis=1)
+    found, nowhere = labels.place(middles, sizes, ROOM, 6.0)
+    assert nowhere is None
+    assert found.left == 106.0
+    assert (found.bottom, found.top) == (bottom, bottom + 40.0)
+
+
 def test_points_behind_the_eye_have_no_place():
     projection = np.array([[1.5, 0, 0, 0], [0, 1.5, 0, 0], [0, 0, -1, -0.2], [0, 0, -1, 0]])
     found = labels.project(np.array([[0, 0, -2.0], [1, 0, -2], [0, 0, 2], [0, 0, 0]]),
