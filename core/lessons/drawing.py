@@ -143,7 +143,7 @@ def column(scene: Scene, texts: Sequence[tuple[str, Colour]]) -> list[Mark]:
     corner = np.array([scene.lower[0], scene.lower[1], scene.upper[2]])
     return [
         Mark(
-            corner + np.array([0.0, 0.0, (len(texts) - line + 0.4) * step]), text, colour[:3], line
+            corner + np.array([0.0, 0.0, (len(texts) - line + 0.8) * step]), text, colour[:3], line
         )
         for line, (text, colour) in enumerate(texts)
     ]
