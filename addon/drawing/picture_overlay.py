@@ -326,7 +326,9 @@ def draw_texts_and_images(
         seen = labels.raised(seen, sizes[:, 1], text_size, inner.top)
         found = labels.place(seen, sizes, inner, 0.5 * text_size, taken)
         for column, place in zip(drawn.columns, found, strict=True):
-            for mark in column if place is not None else ():
+            if place is None:
+                continue
+            for mark in column:
                 bottom = place.top - text_size - mark.line * screen.line
                 screen.add(mark.text, place.left, bottom, mark.colour)
     screen.draw()

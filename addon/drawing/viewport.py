@@ -45,7 +45,7 @@ def look_at(area: bpy.types.Area, points: np.ndarray, rooms: Sequence[Room] = ()
     is_perspective = view.view_perspective == "PERSP"
     places = [
         _place_for(seen, slopes_of(area, space.lens, room), is_perspective)
-        for room in rooms or [None]
+        for room in rooms or [room_in(area)]
     ]
     distance, middle = min(places, key=lambda place: place[0])
     view.view_distance = max(distance, space.clip_start)
