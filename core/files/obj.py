@@ -12,16 +12,18 @@ Wavefront Technologies: Object Files (.obj), Advanced Visualizer manual, appendi
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import re
 from collections import Counter
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
+from ..kernels import has_numba, is_plain
+from ..ranges import ranges
 from .contents import BrokenFile, Contents, Piece, counted, note_small_faces, triangles_of_faces
+from .obj_lines import lines_of
 from .text import floats_of, integers_of, name_of, shown, text_of
 
 ELSEWHERE = frozenset(
@@ -46,6 +48,9 @@ NOT_READ = {
 """Statements that make something to be seen."""
 
 
+LARGE = 2_000_000
+"""Bytes from which on a kernel reads a file; a smaller one is read before that is compiled."""
+
 Key = tuple[bytes, bytes, bytes]
 """Names of the object, the group and the material that a face belongs to."""
 
@@ -56,7 +61,7 @@ NAMING = {b"o": 0, b"g": 1, b"usemtl": 2}
 
 
 class Text:
-    """The lines of a file, where one that ends in a backslash goes on in the next."""
+    """A file's text, which ends with a line feed; one line goes on after a backslash at its end."""
 
     def __init__(self, path: Path) -> None:
         data = text_of(path.read_bytes())
@@ -64,134 +69,167 @@ class Text:
             # The break becomes a vertical tab, a blank too, so that lines can still be counted. In
             # a comment a backslash is a backslash: it may be the end of a folder's name.
             data = re.sub(rb"(?m)^([^#\n]*?)\\[ \t]*(?:\n|\Z)", rb"\1\v", data)
-        self.lines = data.split(b"\n")
+        self.data = data if data.endswith(b"\n") else data + b"\n"
 
-    def place(self, index: int) -> str:
-        """Return the place in the file of a line of ours, such as ``"line 7"``."""
-        joined = sum(line.count(b"\v") for line in self.lines[:index])
-        return f"line {1 + index + joined}"
+    def line(self, at: int) -> bytes:
+        """Return the line that begins at a place."""
+        return self.data[at : self.data.index(b"\n", at)]
+
+    def words(self, places: Iterable[int]) -> Iterator[list[bytes]]:
+        """Yield the words of the lines that begin at some places, without comments."""
+        for line in map(self.line, places):
+            yield (line.partition(b"#")[0] if b"#" in line else line).split()
+
+    def name(self, at: int) -> str:
+        """Return what people call the line at a place, such as ``"line 7"``."""
+        breaks = sum(self.data.count(byte, 0, at) for byte in (b"\n", b"\v"))
+        return f"line {1 + breaks}"
 
 
-@dataclass
 class Statements:
-    """What stands in a file, words still; `..._lines` are indices of lines of the text."""
+    """What stands in a file.
 
-    vertices: list[bytes] = field(default_factory=list)  # three words each
-    vertex_lines: list[int] = field(default_factory=list)
-    corners: list[bytes] = field(default_factory=list)
-    sizes: list[int] = field(default_factory=list)  # of faces
-    face_lines: list[int] = field(default_factory=list)
-    vertices_above: list[int] = field(default_factory=list)  # of each face
-    runs: list[tuple[int, Key]] = field(default_factory=lambda: [(0, NO_NAMES)])
-    """The first face from which on a key holds, and that key."""
-    others: Counter[bytes] = field(default_factory=Counter)
+    Attributes
+    ----------
+    vertices : (n_vertices, 3) float64
+    numbers : (n_corners,) int64
+        Of the vertices of faces, as they stand there.
+    sizes, places, above : (n_faces,) int64
+        Of each face the corners, where its line begins, and the vertices above it.
+    runs : list of (int, Key)
+        The first face from which on a key holds, and that key.
+    others : Counter of bytes
+        How often there is what is not read, by its keyword.
+    """
+
+    def __init__(self, text: Text) -> None:
+        self.text = text
+        if len(text.data) >= LARGE and has_numba() and not is_plain():
+            others = self._read_by_kernel()
+        else:
+            others = self._read_by_python()
+        self.runs: list[tuple[int, Key]] = [(0, NO_NAMES)]
+        self.others: Counter[bytes] = Counter()
+        for at, face in others:
+            keyword, *names = text.line(at).split()
+            self._add(keyword, names, face)
+
+    def _read_by_kernel(self) -> list[list[int]]:
+        """Read vertices and faces; return places of other lines, and the faces above them."""
+        lines = lines_of(self.text.data)
+        self.vertices, self.numbers = lines.vertices, lines.corners
+        self.sizes, self.places, self.above = lines.sizes, lines.places, lines.above
+        rows, places = lines.odd_vertices.T
+        self.vertices[rows] = self._vertices_at(places.tolist())
+        faces, firsts = lines.odd_faces.T
+        numbers, sizes = self._faces_at(self.places[faces].tolist())
+        self.numbers[ranges(firsts, sizes)] = numbers
+        return lines.others.tolist()
+
+    def _read_by_python(self) -> list[list[int]]:
+        """Read vertices and faces; return places of other lines, and the faces above them."""
+        at, vertices, faces, above, others = 0, [], [], [], []
+        for line in self.text.data.split(b"\n")[:-1]:
+            words = line.split(None, 1)
+            keyword = words[0] if words else b"#"
+            if keyword == b"v":
+                vertices.append(at)
+            elif keyword in (b"f", b"fo"):
+                faces.append(at)
+                above.append(len(vertices))
+            elif keyword not in ELSEWHERE and keyword[:1] != b"#":
+                others.append([at, len(faces)])
+            at += len(line) + 1
+        self.vertices = self._vertices_at(vertices)
+        self.numbers, self.sizes = self._faces_at(faces)
+        self.places, self.above = np.array(faces, np.int64), np.array(above, np.int64)
+        return others
+
+    def _vertices_at(self, places: list[int]) -> np.ndarray:
+        """Return the vertices, (n, 3), of the lines at some places."""
+        words: list[bytes] = []
+        for at, (_, *row) in zip(places, self.text.words(places)):
+            if len(row) < 3:
+                reason = f"{self.text.name(at)}: a vertex has {len(row)} of three coordinates"
+                raise BrokenFile(reason)
+            words += row[:3]  # colours or a weight may follow
+        try:
+            return floats_of(words).reshape(-1, 3)
+        except ValueError:
+            for at, (_, *row) in zip(places, self.text.words(places)):
+                try:
+                    floats_of(row[:3])
+                except ValueError:
+                    name, given = self.text.name(at), shown(b" ".join(row[:3]))
+                    raise BrokenFile(f"{name}: {given} are no numbers") from None
+            raise
+
+    def _faces_at(self, places: list[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers that the faces at some places give, and how many each gives."""
+        words: list[bytes] = []
+        sizes: list[int] = []
+        for _, *row in self.text.words(places):
+            words += row
+            sizes.append(len(row))
+        if any(b"/" in word for word in words):
+            words = [word.partition(b"/")[0] for word in words]
+        try:
+            return integers_of(words), np.array(sizes, np.int64)
+        except ValueError:
+            for at, (_, *row) in zip(places, self.text.words(places)):
+                for word in row:
+                    try:
+                        integers_of([word.partition(b"/")[0]])
+                    except ValueError:
+                        name = self.text.name(at)
+                        raise BrokenFile(f"{name}: {shown(word)} is no corner of a face") from None
+            raise
+
+    def _add(self, keyword: bytes, names: list[bytes], face: int) -> None:
+        """Add a line that is no vertex and no face, above a face."""
+        if keyword in NAMING:
+            key = list(self.runs[-1][1])
+            key[NAMING[keyword]] = b" ".join(names)
+            # A key that held for no face is forgotten.
+            if self.runs[-1][0] == face:
+                self.runs.pop()
+            if not self.runs or self.runs[-1][1] != tuple(key):
+                self.runs.append((face, (key[0], key[1], key[2])))
+        elif keyword not in ELSEWHERE:
+            self.others[keyword] += 1
 
 
 def read_obj(path: Path) -> Contents:
     """Read an OBJ file."""
-    text = Text(path)
-    found = statements_of(text)
-    vertices = _vertices(found, text)
-    sizes = np.array(found.sizes, dtype=np.int64)
-    corners = _corners(found, text, sizes, len(vertices))
-    triangles = triangles_of_faces(vertices, corners, sizes)
-    firsts = np.concatenate([[0], np.cumsum(np.maximum(sizes - 2, 0))])
+    found = Statements(Text(path))
+    triangles = triangles_of_faces(found.vertices, _corners(found), found.sizes)
+    firsts = np.concatenate([[0], np.cumsum(np.maximum(found.sizes - 2, 0))])
+    ends = (len(found.sizes), NO_NAMES)
     pieces = []
-    for (face, key), (next_face, _) in itertools.pairwise([*found.runs, (len(sizes), NO_NAMES)]):
+    for (face, key), (next_face, _) in itertools.pairwise([*found.runs, ends]):
         mine = triangles[firsts[face] : firsts[next_face]]
         if len(mine):
             # The same name in several places, as exporters give to object and group, is said once.
             names = dict.fromkeys(name_of(name) for name in key if name)
             pieces.append(Piece("/".join(names) or path.stem, mine))
-    return Contents(pieces, _notes(found.others) + note_small_faces(sizes))
+    return Contents(pieces, _notes(found.others) + note_small_faces(found.sizes))
 
 
-def statements_of(text: Text) -> Statements:
-    """Return the statements of a file, sorted by what they are."""
-    found = Statements()
-    for index, line in enumerate(text.lines):
-        words = line.split()
-        if not words:
-            continue
-        keyword = words[0]
-        if keyword == b"v":
-            found.vertices += words[1:4]  # colours or a weight may follow
-            found.vertex_lines.append(index)
-        elif keyword == b"f" or keyword == b"fo":
-            if b"#" in line:
-                words = line.partition(b"#")[0].split()
-            found.corners += words[1:]
-            found.sizes.append(len(words) - 1)
-            found.face_lines.append(index)
-            found.vertices_above.append(len(found.vertex_lines))
-        elif keyword in NAMING:
-            names = list(found.runs[-1][1])
-            names[NAMING[keyword]] = b" ".join(words[1:])
-            _begin_run(found, (names[0], names[1], names[2]))
-        elif keyword not in ELSEWHERE and not keyword.startswith(b"#"):
-            found.others[keyword] += 1
-    return found
-
-
-def _begin_run(found: Statements, key: Key) -> None:
-    """Note that a key holds from here on; one that held for no face is forgotten."""
-    if found.runs[-1][0] == len(found.sizes):
-        found.runs.pop()
-    if not found.runs or found.runs[-1][1] != key:
-        found.runs.append((len(found.sizes), key))
-
-
-def _vertices(found: Statements, text: Text) -> np.ndarray:
-    """Return the vertices, (n, 3) float64."""
-    if len(found.vertices) == 3 * len(found.vertex_lines):
-        with contextlib.suppress(ValueError):
-            return floats_of(found.vertices).reshape(-1, 3)
-    # A number too few or none at all, or a comment that touches a number.
-    rows = []
-    for index in found.vertex_lines:
-        row = text.lines[index].partition(b"#")[0].split()[1:4]
-        if len(row) < 3:
-            raise BrokenFile(f"{text.place(index)}: a vertex has {len(row)} of three coordinates")
-        try:
-            rows.append(floats_of(row))
-        except ValueError:
-            raise BrokenFile(
-                f"{text.place(index)}: {shown(b' '.join(row))} are no numbers"
-            ) from None
-    return np.array(rows).reshape(-1, 3)
-
-
-def _corners(found: Statements, text: Text, sizes: np.ndarray, n_vertices: int) -> np.ndarray:
+def _corners(found: Statements) -> np.ndarray:
     """Return the vertex of every corner of every face, counted from 0, (n,) int64."""
-    words = found.corners
-    if any(b"/" in word for word in words):
-        words = [word.partition(b"/")[0] for word in words]
-    try:
-        numbers = integers_of(words)
-    except ValueError:
-        raise _bad_corner(found, text) from None
-    above = np.repeat(np.array(found.vertices_above, dtype=np.int64), sizes)
-    corners = np.where(numbers < 0, above + numbers, numbers - 1)
+    numbers, n_vertices = found.numbers, len(found.vertices)
+    corners = numbers - 1
+    backward = np.flatnonzero(numbers < 0)
+    if len(backward):
+        corners[backward] = (numbers + np.repeat(found.above, found.sizes))[backward]
     wrong = np.flatnonzero((corners < 0) | (corners >= n_vertices))
     if len(wrong):
         number = numbers[wrong[0]]
-        there = f"{above[wrong[0]]} above it" if number < 0 else f"{n_vertices}"
-        face = int(np.searchsorted(np.cumsum(sizes), wrong[0], side="right"))
-        place = text.place(found.face_lines[face])
-        raise BrokenFile(f"{place}: a face names vertex {number} of {there}")
+        face = int(np.searchsorted(np.cumsum(found.sizes), wrong[0], side="right"))
+        there = f"{found.above[face]} above it" if number < 0 else f"{n_vertices}"
+        name = found.text.name(int(found.places[face]))
+        raise BrokenFile(f"{name}: a face names vertex {number} of {there}")
     return corners
-
-
-def _bad_corner(found: Statements, text: Text) -> BrokenFile:
-    """Return what is wrong with the first corner that is no number."""
-    words = iter(found.corners)
-    for size, index in zip(found.sizes, found.face_lines):
-        for word in itertools.islice(words, size):
-            try:
-                integers_of([word.partition(b"/")[0]])
-            except ValueError:
-                return BrokenFile(f"{text.place(index)}: {shown(word)} is no corner of a face")
-    raise AssertionError("every corner is a number")
 
 
 def _notes(others: Counter[bytes]) -> list[str]:

@@ -6,7 +6,14 @@ Vertices behind a tab were skipped, and faces of several forms beside each other
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.files import load_mesh_file
+from accelscope.core.files import load_mesh_file, obj
+
+
+@pytest.fixture(params=["python", "kernel"], autouse=True)
+def reader(request, monkeypatch):
+    """Python reads small files, a kernel large ones."""
+    monkeypatch.setattr(obj, "LARGE", {"python": np.inf, "kernel": 0}[request.param])
+
 
 TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
