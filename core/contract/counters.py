@@ -111,8 +111,11 @@ class Counts:
 
     def means(self) -> dict[str, float]:
         """Return the mean over all rays, by name."""
-        means = self.values.mean(axis=0, dtype=np.float64)
-        return dict(zip(names_of(self.counters), means.tolist(), strict=True))
+        # One after the other: of all at once NumPy adds few numbers at a time.
+        return {
+            counter.name: float(self.values[:, k].mean(dtype=np.float64))
+            for k, counter in enumerate(self.counters)
+        }
 
 
 def names_of(counters: Sequence[Counter]) -> list[str]:

@@ -117,10 +117,10 @@ class Rays:
             )
         if count == 0:
             raise InputError("there are no rays; ask for at least one")
-        bad = ~(np.isfinite(origins).all(1) & np.isfinite(directions).all(1))
-        if bad.any():
+        if not (np.isfinite(origins).all() and np.isfinite(directions).all()):
+            bad = ~(np.isfinite(origins).all(1) & np.isfinite(directions).all(1))
             raise InputError(f"{bad.sum()} rays are not finite, the first is ray {bad.argmax()}")
-        zero = ~directions.any(axis=1)
+        zero = (directions[:, 0] == 0) & (directions[:, 1] == 0) & (directions[:, 2] == 0)
         if zero.any():
             raise InputError(
                 f"{zero.sum()} rays have the direction zero, the first is ray {zero.argmax()}"

@@ -14,7 +14,7 @@ from ..geometry.instances import Instanced, flattened, is_of_triangles, owners_o
 from ..geometry.solids.description import Item
 from ..geometry.solids.making import mixed_of
 from ..geometry.solids.mixed import Mixed
-from ..geometry.triangles import Triangles, all_triangles
+from ..geometry.triangles import Triangles, all_triangles, extent
 from ..memory import refuse_if_too_large, refuse_if_unnumbered
 from .camera import ORTHOGRAPHIC, PERSPECTIVE, Camera
 from .light import AREA, LIGHT_KINDS, POINT, SPOT, SUN, Light, point_lights
@@ -27,6 +27,9 @@ __all__ = [
 
 SMALLEST, LARGEST = 1e-100, 1e100
 """Sizes in between, products of three coordinates are in the range of float64."""
+
+LOOKED_AT = 4096
+"""Triangles looked at together for one that has an area."""
 
 THINNEST = 1e-100
 """Share of the scene's longest side below which another one is taken as flat. A thin side's
@@ -122,20 +125,23 @@ class Scene:
         if len(triangles) == 0:
             raise InputError(f"{name} has no triangles; choose a mesh with faces", name)
         refuse_if_unnumbered(len(triangles), f"triangles of {name}", "use a part of it")
+        count, kept = len(triangles), np.arange(len(triangles), dtype=np.int32)
+        lower, upper = extent(triangles)
         # A float32 file may hold values up to 3e38; what is larger than we can compute with is
         # treated like infinity.
-        usable = (np.abs(triangles) < LARGEST).all(axis=(1, 2))
-        kept = np.flatnonzero(usable).astype(np.int32)
-        dropped = len(triangles) - len(kept)
-        if len(kept) == 0:
-            raise InputError(f"every vertex of {name} is NaN or infinite; repair the mesh", name)
-        if dropped:
-            triangles = np.ascontiguousarray(triangles[kept])
+        if not (np.abs([lower, upper]) < LARGEST).all():
+            usable = (np.abs(triangles) < LARGEST).all(axis=(1, 2))
+            kept = kept[usable]
+            if len(kept) == 0:
+                reason = f"every vertex of {name} is NaN or infinite; repair the mesh"
+                raise InputError(reason, name)
+            triangles = triangles[kept]
+            lower, upper = extent(triangles)
+        dropped = count - len(kept)
         if object_ids is None:
             object_ids, object_names = np.zeros(len(kept), dtype=np.int32), object_names or (name,)
         else:
             object_ids = np.ascontiguousarray(object_ids[kept], dtype=np.int32)
-        lower, upper = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
         notes = (*notes, *_flatten(triangles, lower, upper))
         _refuse_if_all_degenerate(triangles, lower, upper, name)
         geometry = all_triangles(triangles)
@@ -429,13 +435,16 @@ def _flatten(triangles: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> lis
 
 def has_area(triangles: np.ndarray) -> bool:
     """Say whether one of the triangles, (n, 3, 3), has an area."""
-    lower = triangles.min(axis=(0, 1))
-    scale = float((triangles.max(axis=(0, 1)) - lower).max())
+    lower, upper = extent(triangles)
+    scale = float((upper - lower).max())
     if not scale > 0.0:
         return False
-    # Scaled to the unit box first: at 1e-200 the cross product would underflow to zero.
-    unit = (triangles - lower) / scale
-    return bool(np.cross(unit[:, 1] - unit[:, 0], unit[:, 2] - unit[:, 0]).any())
+    for first in range(0, len(triangles), LOOKED_AT):  # most often one of the first has
+        # Scaled to the unit box first: at 1e-200 the cross product would underflow to zero.
+        unit = (triangles[first : first + LOOKED_AT] - lower) / scale
+        if np.cross(unit[:, 1] - unit[:, 0], unit[:, 2] - unit[:, 0]).any():
+            return True
+    return False
 
 
 def _refuse_if_all_degenerate(

@@ -18,7 +18,7 @@ import numpy as np
 from ..geometry.instances import Instanced, instanced, inverted, moved_points
 from ..geometry.solids.description import Item, moved_item
 from ..geometry.solids.making import in_turn, mixed_of, mixed_of_triangles
-from ..geometry.triangles import all_triangles
+from ..geometry.triangles import all_triangles, extent
 from ..memory import refuse_if_too_large
 from ..progress import SILENT, Progress
 from ..settings import setting
@@ -327,6 +327,6 @@ class _Making:
 
 def _can_be_computed(corners: np.ndarray) -> bool:
     """Say whether triangles can be computed with, all of them; those in one point are not hit."""
-    lower, upper = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    lower, upper = extent(corners)
     is_point = np.array_equal(lower, upper) and bool((np.abs(lower) < LARGEST).all())
     return is_point or is_computable(lower, upper)

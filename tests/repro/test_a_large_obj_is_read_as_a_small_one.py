@@ -48,7 +48,7 @@ def test_whatever_its_lines_are(tmp_path, monkeypatch, seed):
     for _ in range(40):
         lines = ["v 0 0 1", "v 1 0 0", "v 0 1 0", "v 1 2 5"]
         lines += [line(rng) for _ in range(rng.integers(1, 12))]
-        path.write_text("\n".join(lines) + rng.choice(["", "\n"]))
+        path.write_text("\n".join(lines) + "\n" * int(rng.integers(2)))
         by_python = seen(path)
         monkeypatch.setattr(obj, "LARGE", 0)
         assert seen(path) == by_python, lines

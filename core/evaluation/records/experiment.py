@@ -39,6 +39,7 @@ from ...scene.camera_rays import CLASS_NAMES
 from ...settings import to_json
 from ..rays.workload import Generations, Outcome, Workload
 from .environment import environment
+from .spread import spread
 
 SCHEMA = "accelscope/2"
 """Of records. The number rises when a key goes, or means something else; new keys leave it.
@@ -378,29 +379,18 @@ def make_record(built: Built, traced: Traced | None, progress: Progress = SILENT
     return record
 
 
-SPREAD: dict[str, Callable[[np.ndarray], Any]] = {
-    "mean": np.mean,
-    "minimum": np.min,
-    "median": np.median,
-    "p99": lambda values: np.percentile(values, 99),
-    "maximum": np.max,
-}
-"""What is said of a counter over the rays of a class."""
-
-
 def by_class(traced: Traced) -> dict[str, Any]:
     """Return rays, hits and the spread of every counter, for each class of rays that there are."""
     hit, figures = traced.hits.primitive >= 0, {}
     for number, name in enumerate(traced.rays.class_names):
-        chosen = traced.rays.classes == number
-        if not chosen.any():
+        chosen = np.flatnonzero(traced.rays.classes == number)
+        if not len(chosen):
             continue
-        values = traced.counters.values[chosen]
         figures[name] = {
-            "rays": int(chosen.sum()),
+            "rays": len(chosen),
             "hits": int(hit[chosen].sum()),
             **{
-                counter.name: {key: float(say(values[:, k])) for key, say in SPREAD.items()}
+                counter.name: spread(traced.counters.values[chosen, k])
                 for k, counter in enumerate(traced.counters.counters)
             },
         }
