@@ -24,11 +24,13 @@ from ...core.evaluation.records.environment import set_blender_version
 from ...core.progress import SILENT, Progress
 from ...core.reading import refuse_if_no_file
 from ...core.scene import Scene
+from ...core.scene.material import WHITE, Material
 from ...core.scene.placing import KEEP, Mesh, PlacedMesh, Solids, scene_of
 from ..settings import solids
 from ..standard_streams import others_kept_silent
 from ..stopping import held
 from .fingerprint import hash_of
+from .materials import names_of_slots
 from .mesh_check import (
     corner_vertices,
     invalid_meshes_emptied,
@@ -80,14 +82,16 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
     for found in meshes_in_scope(depsgraph, scope):
         solid = solid_of(found.obj.original)
         if solid is not None:
-            parts.append(Part(found.key, found.name, solid, found.matrix))
+            names = names_of_slots(found.obj, found.obj.data)
+            parts.append(Part(found.key, found.name, solid, found.matrix, names))
             continue
         address = found.obj.data.as_pointer()
         if address not in known:
             mesh = _read_mesh(found.obj)
             known[address] = items_of(found.obj.original.data, mesh.digest) or mesh
         if known[address].digest:  # those without faces have none
-            parts.append(Part(found.key, found.name, known[address], found.matrix))
+            names = names_of_slots(found.obj, found.obj.data)
+            parts.append(Part(found.key, found.name, known[address], found.matrix, names))
     if not parts:
         if scope == SELECTED:
             raise InputError(
@@ -129,9 +133,18 @@ def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
         sizes = np.full(len(mesh.polygons), 3, dtype=np.int32)
         if len(corners) != 3 * len(sizes):  # no face of Blender's has fewer corners
             mesh.polygons.foreach_get("loop_total", sizes)
-        return LocalMesh(positions, corners, sizes, hash_of(mesh))
+        return LocalMesh(positions, corners, sizes, hash_of(mesh), _slots_of(mesh))
     finally:
         obj.to_mesh_clear()
+
+
+def _slots_of(mesh: bpy.types.Mesh) -> np.ndarray | None:
+    """Return the material slot of each face; None if all are of the first."""
+    if len(mesh.materials) < 2 or "material_index" not in mesh.attributes:
+        return None
+    slots = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("material_index", slots)
+    return slots if slots.any() else None
 
 
 def has_members(view_layer: bpy.types.ViewLayer, scope: str) -> bool:
@@ -220,8 +233,11 @@ class RawScene(NamedTuple):
                 # Not Blender's own triangles: those of files are cut in the same way as these.
                 with announcing(progress, CUTTING):
                     triangles = triangulate(mesh.positions, mesh.corners, mesh.sizes)
-                cut[id(mesh)] = Mesh(mesh.positions, triangles)
-            objects.append(PlacedMesh(part.name, cut[id(mesh)], part.matrix))
+                slots = None if mesh.slots is None else np.repeat(mesh.slots, mesh.sizes - 2)
+                cut[id(mesh)] = Mesh(mesh.positions, triangles, slots)
+            # What they are made of is put in their places by View.onto.
+            materials = tuple(Material(name, WHITE) for name in part.materials)
+            objects.append(PlacedMesh(part.name, cut[id(mesh)], part.matrix, materials))
         return scene_of(
             objects, self.instances, self.name, self.source,
             advice="hide some objects", progress=progress,

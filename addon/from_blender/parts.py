@@ -26,12 +26,15 @@ class LocalMesh(NamedTuple):
         How many corners each has; Blender has none of fewer than three.
     digest : bytes
         See :func:`.fingerprint.hash_of`.
+    slots : (n_faces,) int32 or None
+        Which material slot each is of; None if all are of the first.
     """
 
     positions: np.ndarray
     corners: np.ndarray
     sizes: np.ndarray
     digest: bytes
+    slots: np.ndarray | None = None
 
     @property
     def n_triangles(self) -> int:
@@ -55,9 +58,13 @@ class Standing(NamedTuple):
 
 @dataclass(frozen=True)
 class Part:
-    """One mesh in the scene, or what one stands for: an object, or one instance of it."""
+    """One mesh in the scene, or what one stands for: an object, or one instance of it.
+
+    Its materials are the full names of those in its slots, "" for none.
+    """
 
     key: Key
     name: str
     mesh: LocalMesh | Standing
     matrix: np.ndarray  # (4, 4) float64, to world space
+    materials: tuple[str, ...] = ()

@@ -8,6 +8,7 @@ named in :attr:`.Scene.notes`; what is broken is refused.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,6 +17,7 @@ import numpy as np
 from ..errors import InputError
 from ..reading import refuse_if_no_file
 from ..scene import Scene
+from ..scene.material import MATT
 from ..scene.placing import KEEP, Mesh, PlacedMesh, scene_of
 from .contents import BrokenFile, Contents
 from .gltf import read_gltf
@@ -73,11 +75,19 @@ def load_mesh_file(path: str | Path, instances: str = KEEP) -> Scene:
         raise InputError(f"{path} has no triangles{also}; choose a mesh with faces")
     if placed:
         return scene_of(placed, instances, path.stem, str(path), notes=tuple(notes))
-    return Scene.from_triangles(
+    scene = Scene.from_triangles(
         np.concatenate([piece.triangles for piece in pieces]),
         path.stem,
         str(path),
         object_ids=np.repeat(np.arange(len(pieces)), counts),
         object_names=tuple(piece.name for piece in pieces),
         notes=tuple(notes),
+    )
+    if not any(piece.material for piece in pieces):
+        return scene
+    made_of = [piece.material or MATT for piece in pieces]
+    numbers = {material: number for number, material in enumerate(dict.fromkeys(made_of))}
+    of_pieces = np.array([numbers[each] for each in made_of], dtype=np.int32)
+    return dataclasses.replace(
+        scene, materials=tuple(numbers), material_ids=of_pieces[scene.object_ids]
     )

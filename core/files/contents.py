@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.triangulation import triangulate
+from ..scene.material import Material
 from ..scene.placing import PlacedMesh
 
 MORE_THAN_ANY = 1 << 63
@@ -26,10 +27,14 @@ class NotRead(BrokenFile):
 
 
 class Piece(NamedTuple):
-    """The triangles of one object of a file, (n, 3, 3) float64 in world space."""
+    """The triangles of one object of a file, (n, 3, 3) float64 in world space.
+
+    What it is made of is None where the file does not say it.
+    """
 
     name: str
     triangles: np.ndarray
+    material: Material | None = None
 
 
 class Contents(NamedTuple):

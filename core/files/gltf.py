@@ -24,9 +24,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..memory import Tally
+from ..scene.material import Material
 from ..scene.placing import Mesh, PlacedMesh
 from .contents import BrokenFile, Contents, NotRead, counted, triangles_of_strip
 from .gltf_accessors import COMPRESSIONS, Document, real
+from .gltf_materials import Materials
 from .gltf_nodes import (
     BYTES_PER_INSTANCE,
     INSTANCING,
@@ -67,12 +69,15 @@ class Shape(NamedTuple):
         Of float64 and int64.
     joints, weights : (n_vertices, k) int64 and float64, or None
         By which joints of a skin each vertex is moved.
+    materials : tuple of Material
+        The one that it is made of, if the file says it.
     """
 
     name: str
     mesh: Mesh
     joints: np.ndarray | None
     weights: np.ndarray | None
+    materials: tuple[Material, ...]
 
 
 def read_gltf(path: Path) -> Contents:
@@ -101,6 +106,7 @@ class _Reader:
         self._shapes: dict[tuple, list[Shape]] = {}
         # A few lines can name the same numbers for a thousand shapes, and those for ever more.
         self._tally = Tally("the shapes of its nodes", "take a part of it")
+        self._materials = Materials(document)
         self._not_drawn: Counter[str] = Counter()
         self._shown: list[int] = []
 
@@ -146,12 +152,14 @@ class _Reader:
         for instance, matrix in zip(names, matrices):
             for shape in shapes:
                 if joints is None or shape.joints is None or shape.weights is None:
-                    yield PlacedMesh(instance + shape.name, shape.mesh, matrix)
+                    yield PlacedMesh(instance + shape.name, shape.mesh, matrix, shape.materials)
                 else:
-                    vertices, triangles = shape.mesh
+                    vertices, triangles, _ = shape.mesh
                     self._tally.add(vertices.nbytes)
                     there = moved_by_joints(vertices, shape.joints, shape.weights, joints)
-                    yield PlacedMesh(instance + shape.name, Mesh(there, triangles), np.eye(4))
+                    yield PlacedMesh(
+                        instance + shape.name, Mesh(there, triangles), np.eye(4), shape.materials
+                    )
 
     # ------------------------------------------------------------------------------------ meshes
 
@@ -208,7 +216,7 @@ class _Reader:
         joints, shares = self._joints(attributes, len(vertices), where)
         made = [vertices, triangles, *(each for each in (joints, shares) if each is not None)]
         self._tally.add(sum(each.nbytes for each in made))
-        return Shape(name, Mesh(vertices, triangles), joints, shares)
+        return Shape(name, Mesh(vertices, triangles), joints, shares, self._materials.of(primitive))
 
     def _joints(
         self, attributes: dict, n_vertices: int, where: str
@@ -239,6 +247,7 @@ class _Reader:
             f"not read: {counted(count, 'primitive')} of {kind}"
             for kind, count in self._not_drawn.items()
         ]
+        notes += self._materials.notes
         shown = set(self._shown)
         hidden = [
             k for k, node in enumerate(self.nodes.entries) if "mesh" in node and k not in shown

@@ -23,14 +23,15 @@ import numpy as np
 from ..kernels import has_numba, is_plain
 from ..ranges import ranges
 from .contents import BrokenFile, Contents, Piece, counted, note_small_faces, triangles_of_faces
+from .mtl import materials_in
 from .obj_lines import lines_of
 from .text import floats_of, integers_of, name_of, shown, text_of
 
 ELSEWHERE = frozenset(
-    b"vt vn vp s mg mtllib usemap maplib bevel c_interp d_interp lod shadow_obj trace_obj ctech "
+    b"vt vn vp s mg usemap maplib bevel c_interp d_interp lod shadow_obj trace_obj ctech "
     b"stech cstype deg bmat step parm trim hole scrv sp end con".split()
 )
-"""Statements that make no surface of their own: normals, materials, the parts of curves."""
+"""Statements that make no surface of their own: normals, the parts of curves."""
 
 NOT_READ = {
     b"p": ("statement of points (p)", "statements of points (p)"),
@@ -100,6 +101,8 @@ class Statements:
         The first face from which on a key holds, and that key.
     others : Counter of bytes
         How often there is what is not read, by its keyword.
+    libraries : list of bytes
+        What follows each ``mtllib``.
     """
 
     def __init__(self, text: Text) -> None:
@@ -110,6 +113,7 @@ class Statements:
             others = self._read_by_python()
         self.runs: list[tuple[int, Key]] = [(0, NO_NAMES)]
         self.others: Counter[bytes] = Counter()
+        self.libraries: list[bytes] = []
         for at, face in others:
             keyword, *names = text.line(at).split()
             self._add(keyword, names, face)
@@ -195,6 +199,8 @@ class Statements:
                 self.runs.pop()
             if not self.runs or self.runs[-1][1] != tuple(key):
                 self.runs.append((face, (key[0], key[1], key[2])))
+        elif keyword == b"mtllib":
+            self.libraries.append(b" ".join(names))
         elif keyword not in ELSEWHERE:
             self.others[keyword] += 1
 
@@ -205,14 +211,16 @@ def read_obj(path: Path) -> Contents:
     triangles = triangles_of_faces(found.vertices, _corners(found), found.sizes)
     firsts = np.concatenate([[0], np.cumsum(np.maximum(found.sizes - 2, 0))])
     ends = (len(found.sizes), NO_NAMES)
+    materials, notes = materials_in(path.parent, found.libraries)
     pieces = []
     for (face, key), (next_face, _) in itertools.pairwise([*found.runs, ends]):
         mine = triangles[firsts[face] : firsts[next_face]]
         if len(mine):
             # The same name in several places, as exporters give to object and group, is said once.
             names = dict.fromkeys(name_of(name) for name in key if name)
-            pieces.append(Piece("/".join(names) or path.stem, mine))
-    return Contents(pieces, _notes(found.others) + note_small_faces(found.sizes))
+            made_of = materials.get(name_of(key[NAMING[b"usemtl"]]))
+            pieces.append(Piece("/".join(names) or path.stem, mine, made_of))
+    return Contents(pieces, _notes(found.others) + note_small_faces(found.sizes) + notes)
 
 
 def _corners(found: Statements) -> np.ndarray:

@@ -162,6 +162,12 @@ def inverted(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([inverse, moved], axis=2), is_singular
 
 
+def mirrors(matrices: np.ndarray) -> np.ndarray:
+    """Say which matrices, (n, 3, 4) or (n, 4, 4), mirror what is seen through them, (n,) bool."""
+    x, y, z = (matrices[:, :3, column] for column in range(3))
+    return (np.cross(x, y) * z).sum(axis=1) < 0.0
+
+
 def is_of_triangles(geometry: Any) -> bool:
     """Say whether the meshes at the bottom are triangles."""
     if isinstance(geometry, Instanced):

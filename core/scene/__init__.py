@@ -10,7 +10,13 @@ import numpy as np
 
 from ..errors import InputError
 from ..geometry.geometry import boxes_around, in_order
-from ..geometry.instances import Instanced, flattened, is_of_triangles, owners_of
+from ..geometry.instances import (
+    Instanced,
+    flattened,
+    is_of_triangles,
+    mirrors,
+    owners_of,
+)
 from ..geometry.solids.description import Item
 from ..geometry.solids.making import mixed_of
 from ..geometry.solids.mixed import Mixed
@@ -68,6 +74,9 @@ class Scene:
     material_first : (n_runs + 1,) int64 or None
         Number of the first primitive of each run of one material, as hits have it, where an
         instance may hold several.
+    turned : (n,) bool or None
+        Of each item, or with `object_first` of each object: whether its corners run clockwise as
+        seen from outside, since a matrix has mirrored them. None if those of no item do.
     background : (float, float, float)
         Red, green and blue of what rays see that hit nothing, 0 to 1, as they are shown.
     object_first : (n_objects + 1,) int64 or None
@@ -94,6 +103,7 @@ class Scene:
     material_ids: np.ndarray | None = None
     object_first: np.ndarray | None = None
     material_first: np.ndarray | None = None
+    turned: np.ndarray | None = None
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @classmethod
@@ -345,6 +355,14 @@ class Scene:
             return self.material_ids[_runs_of(self.material_first, primitives)]
         return self.material_ids[primitives]
 
+    def is_turned(self, primitives: np.ndarray) -> np.ndarray:
+        """Say of primitives that were hit whether their corners run the other way round, (n,)."""
+        if self.turned is None:
+            return np.zeros(len(primitives), dtype=bool)
+        if self.object_first is not None:
+            return self.turned[_runs_of(self.object_first, primitives)]
+        return self.turned[primitives]
+
     def flat(self) -> Scene:
         """Return the scene with its instances as triangles in world space.
 
@@ -368,10 +386,17 @@ class Scene:
         if self.object_first is not None:
             counts = np.diff(self.object_first)
             ids = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
-        return Scene.from_triangles(
+        flat = Scene.from_triangles(
             corners, self.name, self.source, object_ids=ids,
             object_names=self.object_names, camera=self.camera, lights=self.lights,
             notes=self.notes,
+        )  # fmt: skip
+        numbers = flat.primitive_ids
+        turned = self.is_turned(numbers) ^ mirrors(self.geometry.matrices)[owners[numbers]]
+        return replace(
+            flat, materials=self.materials, background=self.background,
+            material_ids=None if self.material_ids is None else self.materials_of(numbers),
+            turned=turned if turned.any() else None,
         )  # fmt: skip
 
     def items(self, order: np.ndarray | None = None) -> Any:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.instances import Instanced, instanced, inverted, moved_points
+from ..geometry.instances import Instanced, instanced, inverted, mirrors, moved_points
 from ..geometry.solids.description import Item, moved_item
 from ..geometry.solids.making import in_turn, mixed_of, mixed_of_triangles
 from ..geometry.triangles import all_triangles, extent
@@ -23,6 +23,7 @@ from ..memory import refuse_if_too_large
 from ..progress import SILENT, Progress
 from ..settings import setting
 from . import LARGEST, Scene, has_area, is_computable
+from .material import MATT, Material
 
 KEEP, FLATTEN = "keep", "flatten"
 
@@ -53,10 +54,13 @@ class Mesh(NamedTuple):
     ----------
     vertices : (n_vertices, 3) float
     triangles : (n, 3) int
+    slots : (n,) int or None
+        Which of its object's materials each triangle is of; None if all are of the first.
     """
 
     vertices: np.ndarray
     triangles: np.ndarray
+    slots: np.ndarray | None = None
 
 
 class Solids(NamedTuple):
@@ -80,18 +84,28 @@ class PlacedMesh(NamedTuple):
         The same one, not an equal one, where it is in several places.
     matrix : (4, 4) float64
         To world space.
+    materials : tuple of Material
+        What it is made of, by slot; matt, if there is none.
     """
 
     name: str
     mesh: Mesh | Solids
     matrix: np.ndarray
+    materials: tuple[Material, ...] = ()
 
 
 class _Kept(NamedTuple):
-    """Instances, and the number of the object that each is, or begins with."""
+    """Instances, and the number of the object that each is, or begins with.
+
+    Attributes
+    ----------
+    in_world : (n_objects,) bool
+        Which objects stand in world space.
+    """
 
     geometry: Instanced
     object_ids: np.ndarray
+    in_world: np.ndarray
 
 
 def is_shared(meshes: Sequence[object]) -> bool:
@@ -157,7 +171,8 @@ def scene_of(
                 notes=notes,
             )  # fmt: skip
             counts = [len(mesh.triangles) for mesh in meshes]
-            return dataclasses.replace(scene, object_first=np.cumsum([0, *counts]))
+            scene = dataclasses.replace(scene, object_first=np.cumsum([0, *counts]))
+            return _surfaced(scene, objects, counts, kept.in_world)
         notes = (*notes, "its instances are flattened, for some cannot be computed with in place")
     counts = [len(mesh.triangles) for mesh in meshes]
     total = sum(counts)
@@ -171,10 +186,11 @@ def scene_of(
         corners[first : first + count] = _in_world(mesh, placed.matrix)
         first += count
     progress.report(total, total, "Taking triangles")
-    return Scene.from_triangles(
+    scene = Scene.from_triangles(
         corners, name, source, notes=notes,
         object_ids=np.repeat(np.arange(len(objects), dtype=np.int32), counts), object_names=names,
     )  # fmt: skip
+    return _surfaced(scene, objects, counts, np.ones(len(objects), bool))
 
 
 def _in_world(mesh: Mesh, matrix: np.ndarray) -> np.ndarray:
@@ -223,10 +239,61 @@ def _of_items(
     progress.report(len(objects), len(objects), "Taking solids")
     geometry = in_turn([mixed_of(items), mixed_of_triangles(triangles[usable])], order)
     kept = places[order].astype(np.int32)
-    return Scene.from_mixed(
+    scene = Scene.from_mixed(
         geometry, name, source, object_ids=owners[kept], object_names=names, primitive_ids=kept,
         dropped=total - len(kept), notes=notes,
     )  # fmt: skip
+    # Solids are seen through their matrices, and polygons, which are not, have no inside.
+    has_corners = np.array([isinstance(each.mesh, Mesh) for each in objects])
+    return _surfaced(scene, objects, counts, has_corners)
+
+
+def _surfaced(
+    scene: Scene, objects: Sequence[PlacedMesh], counts: Sequence[int], in_world: np.ndarray
+) -> Scene:
+    """Return a scene with the materials of its objects, and which of them are turned.
+
+    Parameters
+    ----------
+    counts : sequence of int
+        Items of each object.
+    in_world : (n_objects,) bool
+        Which of them have corners that were moved by their matrices.
+    """
+    first = np.cumsum([0, *counts])
+    if in_world.any():
+        with np.errstate(all="ignore"):
+            turned = mirrors(np.array([each.matrix[:3] for each in objects])) & in_world
+        if turned.any():
+            of = scene.objects_of(np.arange(len(scene)))
+            scene = dataclasses.replace(
+                scene, turned=turned if scene.object_first is not None else turned[of]
+            )
+    if not any(each.materials for each in objects):
+        return scene
+    numbers: dict[Material, int] = {}
+    begins: list[np.ndarray] = []
+    ids: list[int] = []
+    for placed, begin, count in zip(objects, first, counts, strict=False):
+        if not count:
+            continue
+        slots = placed.mesh.slots if isinstance(placed.mesh, Mesh) else None
+        slots = np.zeros(1, np.int64) if slots is None else np.asarray(slots, np.int64)
+        runs = np.flatnonzero(np.diff(slots, prepend=-1))
+        begins.append(begin + runs)
+        for slot in slots[runs].tolist():
+            # A slot that there is not is the last, as in Blender.
+            made_of = (
+                placed.materials[min(slot, len(placed.materials) - 1)] if placed.materials else MATT
+            )
+            ids.append(numbers.setdefault(made_of, len(numbers)))
+    material_first = np.concatenate([*begins, first[-1:]])
+    material_ids = np.array(ids, dtype=np.int32)
+    scene = dataclasses.replace(scene, materials=tuple(numbers))
+    if isinstance(scene.geometry, Instanced):
+        return dataclasses.replace(scene, material_ids=material_ids, material_first=material_first)
+    runs = np.searchsorted(material_first, scene.primitive_ids, side="right") - 1
+    return dataclasses.replace(scene, material_ids=material_ids[runs])
 
 
 def _kept(
@@ -259,7 +326,7 @@ def _kept(
                 continue
         if not made.is_instance(mesh, place, owner, is_singular[owner]):
             return None
-    return made.kept()
+    return made.kept(len(objects))
 
 
 class _Making:
@@ -271,12 +338,14 @@ class _Making:
         self._which: list[int] = []
         self._places: list[np.ndarray] = []
         self._owners: list[int] = []
+        self._in_world: list[int] = []
         self._is_seen = False
         self._waiting: list[np.ndarray] = []
         """Triangles of objects one after the other that stand in world space."""
 
     def stands_there(self, world: np.ndarray, owner: int) -> None:
         """Add an object that is in one place only."""
+        self._in_world.append(owner)
         if not self._waiting:
             self._add(len(self._meshes), np.eye(3, 4), owner)
             self._meshes.append(world)  # exchanged when all that follows is known
@@ -298,7 +367,7 @@ class _Making:
         self._add(number, place, owner)
         return True
 
-    def kept(self) -> _Kept | None:
+    def kept(self, n_objects: int) -> _Kept | None:
         """Return what has been added, if rays can hit it and it can be computed with."""
         self._join()
         if not self._is_seen:
@@ -310,7 +379,9 @@ class _Making:
         boxes = geometry.boxes
         if not is_computable(boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)):
             return None
-        return _Kept(geometry, np.array(self._owners, dtype=np.int32))
+        in_world = np.zeros(n_objects, dtype=bool)
+        in_world[self._in_world] = True
+        return _Kept(geometry, np.array(self._owners, dtype=np.int32), in_world)
 
     def _add(self, number: int, place: np.ndarray, owner: int) -> None:
         self._which.append(number)

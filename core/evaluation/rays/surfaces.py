@@ -71,4 +71,5 @@ def surfaces_hit(scene: Scene, rays: Rays, hits: Hits, numbers: np.ndarray) -> S
     normals *= -np.sign(along)[:, None]
     reach = np.maximum(np.abs(points), np.abs(origins)).max(axis=1, initial=0.0)
     offsets = np.maximum(OFF_THE_FACE * scene.diagonal, ULPS_OFF_THE_FACE * reach)
-    return Surfaces(numbers, points, normals, offsets, along > 0.0)
+    is_inside = (along > 0.0) ^ (scene.is_turned(primitives) & (along != 0.0))
+    return Surfaces(numbers, points, normals, offsets, is_inside)
