@@ -75,7 +75,8 @@ def read_library(data: bytes) -> tuple[dict[str, Material], set[str], list[int]]
     materials: dict[str, Material] = {}
     maps: set[str] = set()
     broken: list[int] = []
-    name, values = None, {}
+    name: str | None = None
+    values: dict[bytes, list[float]] = {}
     for number, line in enumerate(text_of(data).split(b"\n"), 1):
         words = line.partition(b"#")[0].split()
         if not words:

@@ -139,7 +139,7 @@ def principled(
         diffuse=max(1.0 - of_metal - glass, 0.0), specular=min(specular, 1.0),
         shine=min(max(2.0 / rough**4 - 2.0, 1.0), SHARP) if rough else SHARP,
         transmission=max(glass - of_glass, 0.0), index_of_refraction=index,
-        specular_colour=tuple(1.0 - part * (1.0 - each) for each in base),  # type: ignore[arg-type]
+        specular_colour=tuple(1.0 - part * (1.0 - each) for each in base),
         transmission_colour=base,
     )  # fmt: skip
 
