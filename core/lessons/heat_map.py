@@ -17,9 +17,10 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -188,13 +189,14 @@ class HeatMap(Play):
         if values is None:
             caption = f"{self.structure.label} does not count {counter.label}"
             return Picture(caption, segments, colours)
-        spread = [f"{value:g}" for value in np.quantile(values, (0.0, 0.5, 0.95, 1.0))]
+        tally = Tally.of(values)
+        spread = [f"{tally.quantile(share):g}" for share in (0.0, 0.5, 0.95, 1.0)]
         rows = [
             Row(label, text, f"{counter.label}: {meaning}")
             for label, text, meaning in (
                 ("Least", spread[0], "the darkest pixels"),
                 ("Median", spread[1], "half of the pixels have no more"),
-                ("Mean", f"{values.mean():.2f}", "per ray, as in the record"),
+                ("Mean", f"{tally.mean:.2f}", "per ray, as in the record"),
                 ("95%", spread[2], "19 of 20 pixels have no more"),
                 ("Most", spread[3], "the dearest pixel"),
                 ("Chosen Pixel", str(counts[counter.name][0]), "that of the cross"),
@@ -202,34 +204,67 @@ class HeatMap(Play):
         ]
         caption = (
             f"{counter.label} of {self.width} x {self.height} rays {until}{self.so_far()}: "
-            f"{spread[0]} to {spread[3]}, bright from {brightest_of(values):g} on, "
-            f"{values.mean():.2f} per ray"
+            f"{spread[0]} to {spread[3]}, bright from {tally.brightest:g} on, "
+            f"{tally.mean:.2f} per ray"
         )
         image = Image("heat", map_of(values, settings.column, settings.row), values)
         return Picture(caption, segments, colours, rows=tuple(rows), images=(image,))
 
 
-def brightest_of(values: np.ndarray) -> float:
-    """Return the value that the brightest colour begins with."""
-    return float(np.quantile(values, BRIGHTEST, method="higher"))
+class Tally(NamedTuple):
+    """How many pixels have each value; there are far fewer values than pixels.
+
+    Attributes
+    ----------
+    counts : (most + 1,) int64
+        Of 0, 1, ... up to the largest value.
+    """
+
+    counts: np.ndarray
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> Tally:
+        """Count values, which are no less than 0, of any shape."""
+        return cls(np.bincount(values.ravel()))
+
+    def _ranked(self, rank: int) -> int:
+        """Return the value of a rank, of which 0 is the lowest."""
+        return int(np.searchsorted(np.cumsum(self.counts), rank, side="right"))
+
+    def quantile(self, share: float) -> float:
+        """Return the value below which a share of the pixels lies, between two if need be."""
+        place = share * (int(self.counts.sum()) - 1)
+        below, above = self._ranked(math.floor(place)), self._ranked(math.ceil(place))
+        return below + (place - math.floor(place)) * (above - below)
+
+    @property
+    def mean(self) -> float:
+        """The mean value of a pixel."""
+        return float(self.counts @ np.arange(len(self.counts)) / self.counts.sum())
+
+    @property
+    def brightest(self) -> int:
+        """The value that the brightest colour begins with."""
+        return self._ranked(math.ceil(BRIGHTEST * (int(self.counts.sum()) - 1)))
 
 
 def map_of(values: np.ndarray, column: int, row: int) -> np.ndarray:
     """Return a map with a cross at a pixel, and its scale below, (rows, columns, 3)."""
     height, width = values.shape
-    low, high = float(values.min()), brightest_of(values)
-    fractions = np.minimum((values - low) / ((high - low) or 1.0), 1.0)
-    pixels = viridis(fractions)
+    tally = Tally.of(values)
+    low, high = float(values.min()), tally.brightest
+    fractions = np.minimum((np.arange(len(tally.counts)) - low) / ((high - low) or 1.0), 1.0)
+    pixels = viridis(fractions)[values]
     reach = max(width // 40, 3)
     for step in range(2, reach + 2):
         for x, y in ((step, 0), (-step, 0), (0, step), (0, -step)):
             if 0 <= column + x < width and 0 <= row + y < height:
                 pixels[row + y, column + x] = CROSS
-    strip = scale(fractions[values > 0], width, max(round(STRIP * height), 4))
+    strip = scale(fractions[1:], tally.counts[1:], width, max(round(STRIP * height), 4))
     return np.concatenate([pixels, strip])
 
 
-def scale(fractions: np.ndarray, width: int, height: int) -> np.ndarray:
+def scale(fractions: np.ndarray, pixels: np.ndarray, width: int, height: int) -> np.ndarray:
     """Return the colours in their order, the higher the more pixels have them, (height, width, 3).
 
     Heights are logarithmic: one pixel more than none is seen.
@@ -237,9 +272,11 @@ def scale(fractions: np.ndarray, width: int, height: int) -> np.ndarray:
     Parameters
     ----------
     fractions : (n,) float64
-        Of the pixels.
+        Of the way through the colours.
+    pixels : (n,) int64
+        How many have each.
     """
-    counts, _ = np.histogram(fractions, bins=BARS, range=(0.0, 1.0))
+    counts, _ = np.histogram(fractions, bins=BARS, range=(0.0, 1.0), weights=pixels)
     places = np.arange(width) / max(width - 1, 1)
     bar = np.minimum((places * BARS).astype(np.int64), BARS - 1)
     shares = np.log1p(counts) / np.log1p(max(counts.max(), 1))

@@ -28,7 +28,7 @@ from ..settings import setting
 from .drawing import GREEN, GREY, ORANGE, RED, Lines, coloured, picture_of
 from .lesson import Lesson, Play, Subject
 from .picture import Mark, Picture, Row
-from .ray_path import Palette, Walk, segments_of
+from .ray_path import MOST_VISITED, VISITS, Palette, Walk, segments_of
 from .walk_in_words import event_text
 
 COLUMNS, ROWS = 32, 24
@@ -95,7 +95,11 @@ def waiting(steps: Steps, event: int) -> np.ndarray:
     own &= steps.level == 0
     hit = own & (steps.kind == VOLUME_TEST) & np.isfinite(steps.t_enter) & (steps.cell >= 0)
     done = own & np.isin(steps.kind, (VISIT_INNER, VISIT_LEAF, VISIT_EMPTY, SKIP))
-    return np.setdiff1d(steps.cell[hit], steps.cell[done])
+    # By the numbers themselves: there is no need to sort the events.
+    is_waiting = np.zeros(int(steps.cell.max(initial=-1)) + 1, dtype=bool)
+    is_waiting[steps.cell[hit]] = True
+    is_waiting[steps.cell[done & (steps.cell >= 0)]] = False
+    return np.flatnonzero(is_waiting)
 
 
 def up_to(steps: Steps, event: int) -> Steps:
@@ -159,6 +163,8 @@ class RayWalk(Play):
         what = f"Event {event} of {len(steps) - 1}: {event_text(steps, event, name)}"
         if settings.whole:
             what = f"The whole walk, {len(steps)} events"
+        if any(len(steps.events_of(kind, event)) > MOST_VISITED for kind in VISITS):
+            what += f"; drawn: the last {MOST_VISITED} cells of a kind"
         if walk.half_angle:
             what += f"; a cone of {settings.cone:g} degrees around the ray"
         so_far = up_to(steps, event).tally()

@@ -35,7 +35,10 @@ STAR_SIZE = 0.03
 MOST_TESTED = 2000
 """Primitives tested that are drawn, the last; of a naive walk more would be a grey mass."""
 
-MOST_MET = 20_000
+MOST_VISITED = 1000
+"""Cells of a kind that were entered and are drawn, the last; a wide cone enters all of a tree."""
+
+MOST_MET = 5000
 """Triangles that a cone meets and that are drawn, the first."""
 
 FAINT = 0.4
@@ -231,8 +234,9 @@ def _cells(walk: Walk, event: int | None, palette: Palette) -> Iterator[Piece]:
     """Draw the cells that were entered, or the regions that were skipped from them."""
     steps = walk.steps
     inner, leaves, empty = (steps.events_of(kind, event) for kind in VISITS)
-    yield _visited(walk, inner), palette.inner
-    yield _visited(walk, leaves), palette.leaf
+    yield _visited(walk, inner[-MOST_VISITED:]), palette.inner
+    yield _visited(walk, leaves[-MOST_VISITED:]), palette.leaf
+    empty = empty[-MOST_VISITED:]
     empty = np.unique(steps.cell[empty[steps.level[empty] == 0]])
     regions = skipped_regions(walk, empty)
     alone = [number for number in empty.tolist() if number not in regions]

@@ -84,6 +84,7 @@ class Shares(Play):
         self.volume = volume_around(scene, kind, progress)
         self.hull = hull_surface(scene, progress)
         self.edges, _ = edges_of(self.volume)
+        self.area = float(self.volume.areas(progress)[0])
         self.above = ball.centre + np.array([0.0, 0.0, 1.05 * ball.radius])
         self.counted: dict[str, LineSample] = {}
         self.drawn: dict[str, LineSample] = {}
@@ -115,7 +116,6 @@ class Shares(Play):
         """Return the picture of lines in one direction."""
         counted = self.counted[settings.direction]
         ratio, n = counted.ratio, int(counted.hits_volume.sum())
-        area = float(self.volume.areas()[0])
         error = float(np.sqrt(ratio * (1.0 - ratio) / max(n, 1)))
         deviation = f" ± {error:.3f}" if settings.direction == "all" else ""
         rows = (
@@ -127,7 +127,7 @@ class Shares(Play):
             Row("Hit the Volume", str(n), "Orange and green ones"),
             Row("Hit the Object", str(int(counted.hits_object.sum())), "Green ones"),
             Row(
-                "Hull / Volume", f"{self.hull / area if area > 0.0 else 1.0:.3f}",
+                "Hull / Volume", f"{self.hull / self.area if self.area > 0.0 else 1.0:.3f}",
                 "Ratio of surfaces: what pA/pB of all directions is for a convex object",
             ),
         )  # fmt: skip

@@ -17,7 +17,7 @@ from ..contract.events import (
 )
 from ..contract.steps import Steps
 from ..contract.within import chains_of
-from .ray_path import MOST_MET, MOST_TESTED, Walk, skipped_regions
+from .ray_path import MOST_MET, MOST_TESTED, MOST_VISITED, Walk, skipped_regions
 
 
 def event_text(steps: Steps, event: int, primitive_name: str = "triangle") -> str:
@@ -56,13 +56,17 @@ def legend(walk: Walk, event: int | None = None) -> list[tuple[str, str]]:
     if len(events[TEST]) > MOST_TESTED:
         several += f", drawn: the last {MOST_TESTED}"
     inside = [len(each) - own for each, own in zip(events, n, strict=True)]
+    many = f", drawn: the last {MOST_VISITED}"
+    inner, leaves, empties = (
+        many * (len(events[kind]) > MOST_VISITED) for kind in (VISIT_INNER, VISIT_LEAF, VISIT_EMPTY)
+    )
     at_bottom = int((steps.level[events[TEST]] == walk.levels).sum()) if walk.levels else 0
     met = len(walk.met(event)) if walk.half_angle else 0
     first = f", drawn: the first {MOST_MET}" * (met > MOST_MET)
     counts = (
-        ("inner", n[VISIT_INNER], "inner node", "inner nodes"),
-        ("leaf", n[VISIT_LEAF], f"leaf with {item}s", f"leaves with {item}s"),
-        ("empty", (~skipped).sum(), "empty leaf", "empty leaves"),
+        ("inner", n[VISIT_INNER], "inner node", f"inner nodes{inner}"),
+        ("leaf", n[VISIT_LEAF], f"leaf with {item}s", f"leaves with {item}s{leaves}"),
+        ("empty", (~skipped).sum(), "empty leaf", f"empty leaves{empties}"),
         ("skipped", skipped.sum(), "skip of an empty region", "skips of empty regions"),
         ("tested", n[TEST], f"{item} tested", several),
         ("inner", inside[VISIT_INNER], "inner node in an instance", "inner nodes in instances"),

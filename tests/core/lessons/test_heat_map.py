@@ -8,11 +8,12 @@ from accelscope.core.geometry.rays import ALL, CLOSEST
 from accelscope.core.lessons import lesson_named
 from accelscope.core.lessons.heat_map import (
     BARS,
+    BRIGHTEST,
     COARSE,
     COUNTERS,
     CROSS,
     Settings,
-    brightest_of,
+    Tally,
     camera_of,
     scale,
     viridis,
@@ -42,7 +43,7 @@ def test_colours_are_the_counters_of_the_rays(name, lab, build):
             (image,) = picture.images
             values = counts[counter.name].reshape(30, 40)
             np.testing.assert_array_equal(image.values, values)
-            low, high = values.min(), brightest_of(values)
+            low, high = values.min(), Tally.of(values).brightest
             expected = viridis((values - low) / ((high - low) or 1.0))
             # Below stands their histogram; pixels whose counter is 0 are in none of its bars.
             share = np.minimum((values[values > 0] - low) / ((high - low) or 1.0), 1.0)
@@ -126,11 +127,22 @@ def test_a_map_can_be_cancelled_between_its_passes(most, lab, build):
 
 
 def test_the_scale_is_a_histogram():
-    strip = scale(np.repeat([0.0, 0.5, 0.999], [1000, 30, 1]), 64, 11)
+    strip = scale(np.array([0.0, 0.5, 0.999]), np.array([1000, 30, 1]), 64, 11)
     high = (strip != 0.25).any(axis=2).sum(axis=0)
     # Rounded up from 4.97 and 1.003 tenths of the logarithm of 1001.
     assert (high[0], high[32], high[63]) == (10, 5, 2)
     assert high.sum() == 17
+
+
+def test_quantiles_are_those_of_all_pixels():
+    rng = np.random.default_rng(3)
+    for size in (1, 2, 7, 1000):
+        values = rng.geometric(0.05, size) - 1
+        tally = Tally.of(values)
+        for share in (0.0, 0.25, 0.5, 0.95, 1.0):
+            assert tally.quantile(share) == pytest.approx(np.quantile(values, share), rel=1e-12)
+        assert tally.brightest == np.quantile(values, BRIGHTEST, method="higher")
+        assert tally.mean == pytest.approx(values.mean(), rel=1e-12)
 
 
 def test_viridis_grows_lighter_all_the_way():
