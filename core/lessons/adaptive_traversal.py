@@ -270,13 +270,13 @@ def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     tree = subject.structures[0]
     assert isinstance(tree, LinkedSubdivision)
     progress.report(0, len(WALKS) + 1, "Choosing a ray")
-    rays = ray_of(subject, [tree], near(ENOUGH))
+    rays = ray_of(subject, [tree], near(ENOUGH), progress)
     plane = Plane.through_ray(rays.origins[0], rays.directions[0])
     cells = tree.cells(progress)
     shown = []
     for number, (name, kind) in enumerate(WALKS.items()):
         progress.report(1 + number, len(WALKS) + 1, f"Walking: {kind.label}")
-        walked = Walked.of(tree.walked_by(kind.walk, kind.links), rays, cells)
+        walked = Walked.of(tree.walked_by(kind.walk, kind.links), rays, progress, cells)
         shown.append(WalkShown(name, walked, plane))
     if not len(shown[0].nodes):
         raise InputError("this ray misses the tree; choose one that enters it")

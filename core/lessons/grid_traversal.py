@@ -199,9 +199,9 @@ def play_of(kind: type[Traversal]) -> Any:
     def play(subject: Subject, settings: Any, progress: Progress) -> Play:
         grid = subject.structures[0]
         progress.report(0, 2, "Choosing a ray")
-        rays = ray_of(subject, [grid], near(ENOUGH), is_oblique=True)
+        rays = ray_of(subject, [grid], near(ENOUGH), progress, is_oblique=True)
         progress.report(1, 2, "Following the ray")
-        walked = Walked.of(grid, rays)
+        walked = Walked.of(grid, rays, progress)
         if not len(walked.visits):
             raise InputError("this ray misses the grid; choose one that enters it")
         return kind(walked)

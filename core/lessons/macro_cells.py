@@ -188,9 +188,9 @@ def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     plain = build(subject.scene, f"grid:resolution={RESOLUTION}", progress)
     assert isinstance(plain, Grid)
     progress.report(1, 3, "Choosing a ray")
-    rays = ray_of(subject, [plain], passes_much)
+    rays = ray_of(subject, [plain], passes_much, progress)
     progress.report(2, 3, "Following the ray")
-    walked, cell_by_cell = Walked.of(macro, rays), Walked.of(plain, rays)
+    walked, cell_by_cell = (Walked.of(grid, rays, progress) for grid in (macro, plain))
     if not len(walked.visits):
         raise InputError("this ray misses the grid; choose one that enters it")
     plane = Plane.through_ray(rays.origins[0], rays.directions[0])

@@ -181,9 +181,9 @@ def saves_and_postpones(counted_in: Sequence[Counted], hits: np.ndarray) -> np.n
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Record the ray with and without mailboxes."""
     progress.report(0, 2, "Choosing a ray")
-    rays = ray_of(subject, subject.structures[:1], saves_and_postpones)
+    rays = ray_of(subject, subject.structures[:1], saves_and_postpones, progress)
     progress.report(1, 2, "Following the ray")
-    walked, without = (Walked.of(structure, rays) for structure in subject.structures)
+    walked, without = (Walked.of(structure, rays, progress) for structure in subject.structures)
     if not len(walked.visits):
         raise InputError("this ray misses the grid; choose one that enters it")
     return Mailbox(walked, without, Plane.through_ray(rays.origins[0], rays.directions[0]))

@@ -233,8 +233,8 @@ def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     progress.report(0, 2, "Making links")
     linked = tree.walked_by("neighbours", "stored")
     progress.report(1, 2, "Following a ray")
-    rays = ray_of(subject, [linked], near(ENOUGH))
-    return NeighbourLinks(linked, Walked.of(linked, rays, tree.cells(progress)))
+    rays = ray_of(subject, [linked], near(ENOUGH), progress)
+    return NeighbourLinks(linked, Walked.of(linked, rays, progress, tree.cells(progress)))
 
 
 LESSONS = (

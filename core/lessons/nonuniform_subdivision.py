@@ -149,11 +149,11 @@ def enters_enough(counted_in: Sequence[Counted], hits: np.ndarray) -> np.ndarray
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Record the ray in both structures."""
     progress.report(0, 3, "Choosing a ray")
-    rays = ray_of(subject, subject.structures, enters_enough)
+    rays = ray_of(subject, subject.structures, enters_enough, progress)
     walked = []
     for number, structure in enumerate(subject.structures):
         progress.report(1 + number, 3, f"Following the ray through {structure.name}")
-        walked.append(Walked.of(structure, rays))
+        walked.append(Walked.of(structure, rays, progress))
     plane = Plane.through_ray(rays.origins[0], rays.directions[0])
     return NonuniformSubdivision(subject.structures, walked, plane)
 

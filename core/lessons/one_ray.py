@@ -13,6 +13,7 @@ from ..contract.steps import Steps
 from ..contract.structure import Structure
 from ..geometry.marks import stars
 from ..geometry.rays import Rays
+from ..progress import Progress
 from ..scene import Scene
 from .drawing import GREEN, Colour, Lines, coloured
 from .lesson import Subject
@@ -72,6 +73,7 @@ def ray_of(
     subject: Subject,
     structures: Sequence[Structure],
     telling: Callable[[Sequence[Counted], np.ndarray], np.ndarray],
+    progress: Progress,
     *,
     is_oblique: bool = False,
 ) -> Rays:
@@ -84,11 +86,16 @@ def ray_of(
         each ray. Of equals the first is taken.
     is_oblique : bool
         Whether it shall cross walls across y, too.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
     """
     if subject.rays is not None:
         return subject.rays.select(np.array([subject.ray]))
     rays = candidates(subject.scene, is_oblique)
-    traced = [structure.trace(rays) for structure in structures]
+    traced = [structure.trace(rays, progress=progress) for structure in structures]
     counted = [counts.by_name() for _, counts in traced]
     best = int(np.argmax(telling(counted, traced[0][0].primitive >= 0)))
     return rays.select(np.array([best]))
@@ -132,11 +139,19 @@ class Walked:
     t_hit: float
 
     @classmethod
-    def of(cls, structure: Structure, rays: Rays, cells: Cells | None = None) -> Walked:
-        """Record a walk."""
-        cells = (structure.cells() if cells is None else cells).own()
+    def of(
+        cls, structure: Structure, rays: Rays, progress: Progress, cells: Cells | None = None
+    ) -> Walked:
+        """Record a walk.
+
+        Raises
+        ------
+        Cancelled
+            From `progress`.
+        """
+        cells = (structure.cells(progress) if cells is None else cells).own()
         steps = structure.record(rays, 0)
-        hits, _ = structure.trace(rays)
+        hits, _ = structure.trace(rays, progress=progress)
         visits = np.flatnonzero(np.isin(steps.kind, (VISIT_LEAF, VISIT_EMPTY)) & (steps.level == 0))
         places = places_of(cells, steps.cell[visits])
         return cls(structure, cells, rays, steps, visits, places, float(hits.t[0]))

@@ -173,7 +173,8 @@ def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     resolution = resolution_of(subject.scene, settings.resolution)
     grid = Grid.build(subject.scene, GridSettings(resolution=resolution), progress)
     progress.report(1, 2, "Following a ray")
-    return UniformSubdivision(grid, Walked.of(grid, ray_of(subject, [grid], meets_most)))
+    rays = ray_of(subject, [grid], meets_most, progress)
+    return UniformSubdivision(grid, Walked.of(grid, rays, progress))
 
 
 LESSONS = (

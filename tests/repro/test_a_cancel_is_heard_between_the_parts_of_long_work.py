@@ -101,3 +101,11 @@ def test_a_lesson_reports_before_a_log_is_put_together():
         lesson.play(subject, lesson.Settings(), Heard(lambda reports: True))
     assert "build_log" not in vars(bvh)
     assert bvh.keeps_log
+
+
+def test_a_lesson_reports_while_it_looks_for_its_ray():
+    lesson = lesson_named("uniform_subdivision")
+    scene = make_sample("suzanne:subdivisions=0")
+    progress = Heard(lambda reports: reports[-1][2].startswith("Tracing"))
+    with pytest.raises(Cancelled):
+        lesson.play(lesson.subject(scene), lesson.Settings(resolution=1), progress)
