@@ -101,7 +101,7 @@ def test_make_demo(tmp_path: Path, names: list[str] | None) -> None:
     done = subprocess.run(program, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     from accelscope.addon.command import demo
-    from accelscope.core.structures import structures
+    from accelscope.core.structures import general_structures
     from accelscope.sample_scenes import samples
 
     shown = names or demo.shown()
@@ -109,10 +109,10 @@ def test_make_demo(tmp_path: Path, names: list[str] | None) -> None:
     assert {"balls", "mount"} <= set(samples()) - set(demo.shown())
 
     rows = (tmp_path / "records.csv").read_text().splitlines()
-    assert len(rows) == 1 + 2 * len(shown) * len(structures())
+    assert len(rows) == 1 + 2 * len(shown) * len(general_structures())
     page = (tmp_path / "pictures" / "index.html").read_text()
     pictures = re.findall(r'<img src="([^"]+)"', page)
-    assert len(pictures) >= len(shown) * len(structures())
+    assert len(pictures) >= len(shown) * len(general_structures())
     for name in pictures:
         assert (tmp_path / "pictures" / name).read_bytes().startswith(b"\x89PNG")
 

@@ -298,7 +298,7 @@ def structure_specs(
 
     Settings that change nothing are noted.
     """
-    from ...core.structures import structure_named, structures
+    from ...core.structures import general_structures, structure_named
 
     chosen: list[tuple[type[Structure], Any]] = []
     for text in texts:
@@ -306,7 +306,7 @@ def structure_specs(
         if name == "all":
             if values:
                 raise InputError("'all' takes no settings; name the structure they are for")
-            chosen += [(entry, entry.Settings()) for entry in structures().values()]
+            chosen += [(entry, entry.Settings()) for entry in general_structures().values()]
             continue
         entry = structure_named(name)
         where = f"structure {name}"

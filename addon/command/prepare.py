@@ -16,7 +16,13 @@ from ...sample_scenes import make_sample
 from .arguments import OpenFile
 from .output import SOME_MISSING, complain_of, print_result, progress_of, say
 
-SAMPLE = "suzanne:subdivisions=0"
+SAMPLE = "tetra:size=3"
+"""Of triangles, as most scenes are; with a light, for shadow rays."""
+
+
+WORKLOADS = (
+    ("camera", {"width": 8, "height": 8, "shadows": True}), ("random_lines", {"count": 64}),
+)  # fmt: skip
 
 DONE = "prepared"
 """A file of this name among the kernels says that nothing is left to compile."""
@@ -82,20 +88,29 @@ def parts() -> Iterator[tuple[str, Callable[[], object]]]:
 
 
 def compile_structure(name: str) -> None:
-    """Do with a structure all that the panel does: build, draw, trace and step."""
+    """Do with a structure all that the panel does: build, draw, trace and step.
+
+    One that is for some classes of rays only is part of a routed one, which traces all.
+    """
     from ...core.evaluation.rays.workloads import workload_named
     from ...core.evaluation.records.experiment import Built, make_record, trace
     from ...core.structures import structure_named
 
     scene, entry = make_sample(SAMPLE), structure_named(name)
-    structure = entry.build(scene, entry.Settings(), SILENT, log=True)
+    settings = entry.Settings()
+    if entry.answers is not None:
+        parts = dict.fromkeys(entry.answers, name)
+        entry = structure_named("routed")
+        settings = entry.Settings(**parts)
+    structure = entry.build(scene, settings, SILENT, log=True)
     structure.cells()
     built = Built(structure, 0.0)
-    for workload, size in (("camera", {"width": 8, "height": 8}), ("random_lines", {"count": 64})):
+    for workload, size in WORKLOADS:
         rays = workload_named(workload)
         traced = trace(built, rays, rays.Settings(**size))
         make_record(built, traced)
-    structure.record(traced.rays, 0)
+        for index in (0, len(traced.rays) - 1):
+            structure.record(traced.rays, index)
 
 
 def compile_lesson(name: str) -> None:

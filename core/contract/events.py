@@ -34,13 +34,21 @@ SKIP = whole(8)
 """A cell on the stack is thrown away: a nearer hit was found meanwhile."""
 JUMP = whole(9)
 """Cells are passed in one step, or not needed any more; `primitive` is how many."""
+COVER = whole(10)
+"""The ray goes on behind an item that covers its whole cell, which is asked first."""
+RECALL = whole(11)
+"""The item that a ray like this one has hit before is asked first."""
+OVERLOOK = whole(12)
+"""The ray is blocked by an item that was not drawn into its cell."""
+STRANGER = whole(13)
+"""The structure knows nothing of such a ray: all items are tested."""
 
 NONE = whole(-1)
 """In the place of a cell or primitive: there is none."""
 
 KIND_NAMES = (
     "visit inner", "visit leaf", "visit empty", "volume test", "test", "mailbox", "hit",
-    "postpone", "skip", "jump",
+    "postpone", "skip", "jump", "cover", "recall", "overlook", "stranger",
 )  # fmt: skip
 
 # Places in `Log.written`.

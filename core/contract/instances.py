@@ -127,7 +127,7 @@ def moved_ray(to_object, ray, reach):
     dz = m[2, 0] * ray.dx + m[2, 1] * ray.dy + m[2, 2] * ray.dz + 0.0
     return ray_along(
         ox, oy, oz, dx, dy, dz, 1.0 / dx, 1.0 / dy, 1.0 / dz, reach, ray.t_min, ray.t_max,
-        ray.query, ray.time, ray.mask,
+        ray.query, ray.time, ray.mask, ray.target,
     )  # fmt: skip
 
 

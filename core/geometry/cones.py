@@ -244,7 +244,7 @@ def axis_hit(geometry, index, c):
     axis = Ray(
         c.ox, c.oy, c.oz, c.dx, c.dy, c.dz, c.ix, c.iy, c.iz, c.low_x, c.low_y, c.low_z,
         c.high_x, c.high_y, c.high_z, c.kx, c.ky, c.kz, c.okx, c.oky, c.okz,
-        c.shear_x, c.shear_y, c.shear_z, c.t_min, c.t_max, c.query, c.time, c.mask,
+        c.shear_x, c.shear_y, c.shear_z, c.t_min, c.t_max, c.query, c.time, c.mask, -1,
     )  # fmt: skip
     t, _ = intersect(geometry, index, axis, c.t_max, 0, 0, 0)
     return t if t <= c.t_max else NO_HIT

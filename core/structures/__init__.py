@@ -39,6 +39,11 @@ def structures() -> dict[str, type[Structure]]:
     return {structure.name: structure for structure in found_in_modules()}
 
 
+def general_structures() -> dict[str, type[Structure]]:
+    """Return those that answer rays of every class, by name: all but the directional ones."""
+    return {name: each for name, each in structures().items() if each.answers is None}
+
+
 def structure_named(name: str) -> type[Structure]:
     """Return the structure called `name`.
 

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from accelscope import operators
 from accelscope.core.lessons import lessons
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures
 from accelscope.core.structures.bvh import BVH
 
 CHOICES = {field.name: field.metadata["choices"] for field in dataclasses.fields(BVH.Settings)}
@@ -217,7 +217,7 @@ def test_every_builder_with_every_optimiser(bench: Bench, builder: str, optimise
     check_all_verbs(bench)
 
 
-@pytest.mark.parametrize("name", structures())
+@pytest.mark.parametrize("name", general_structures())
 def test_every_structure(bench: Bench, name: str) -> None:
     bench.root.structure = name
     check_all_verbs(bench)

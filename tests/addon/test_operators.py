@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from accelscope.core.geometry.solids.mixed import Mixed
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 from accelscope.sample_scenes import samples
 
 
@@ -30,7 +30,7 @@ def traced(bpy: Any, monkey: Any, root: Any) -> Any:
     return monkey
 
 
-@pytest.mark.parametrize("name", structures())
+@pytest.mark.parametrize("name", general_structures())
 def test_build_makes_what_the_settings_say(
     bpy: Any, monkey: Any, root: Any, current: Any, name: str
 ) -> None:

@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 import numpy as np
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures
 from accelscope.sample_scenes import make_sample
 from hierarchies import others
 from timing import spread
@@ -37,7 +37,7 @@ import resource, sys
 import numpy as np
 from accelscope.core.scene import Scene
 from accelscope.core.settings import parse, parse_spec
-from accelscope.core.structures import structure_named
+from accelscope.core.structures import general_structures, structure_named
 
 def peak():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
@@ -58,7 +58,7 @@ def everything() -> list[str]:
     """Return all structures, and the hierarchy with everything else it can be made of."""
     kinds = ("builder", "optimise", "volume", "arity")
     return [
-        *structures(),
+        *general_structures(),
         *(f"bvh:{kind}={name}" for kind in kinds for name in others(kind)),
     ]
 

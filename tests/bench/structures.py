@@ -16,7 +16,7 @@ from accelscope.core.evaluation.records.experiment import warm_up
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.scene import Scene
 from accelscope.core.settings import parse, parse_spec
-from accelscope.core.structures import structure_named, structures
+from accelscope.core.structures import general_structures, structure_named
 from meshes import meshes
 from speed import RAYS, batches_of
 from timing import in_turn, ratios, spread, timed
@@ -70,7 +70,7 @@ def compare(scene: Scene, specs: list[str], batches: dict[str, Rays], rounds: in
 def measure_structures(names: list[str], rounds: int, side: int, lines: int) -> list[dict]:
     """Measure every structure but the naive one, as it is by default."""
     rows: list[dict] = []
-    specs = [name for name in structures() if name != "naive"]
+    specs = [name for name in general_structures() if name != "naive"]
     for name, scene in meshes(names):
         print(f"  {name}", flush=True)
         rows += compare(scene, specs, batches_of(scene, side, lines), rounds)

@@ -14,7 +14,7 @@ from accelscope.core.contract.counters import names_of
 from accelscope.core.evaluation.pages import view
 from accelscope.core.evaluation.records.report import figures
 from accelscope.core.settings import describe
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 
 TETRA = "sample:tetra:size=3"
 CAMERA = "camera:width=20,height=14"
@@ -114,7 +114,7 @@ def test_a_record_has_the_keys_of_the_contract(evaluate):
     assert record["trace"]["rays_per_second"] == 500 / record["trace"]["seconds"]
 
 
-@pytest.mark.parametrize("name", structures())
+@pytest.mark.parametrize("name", general_structures())
 def test_a_record_has_what_its_structure_declares_and_nothing_else(evaluate, name):
     (record,) = evaluate(TETRA, "--structure", name, "--rays", CAMERA)
     structure = structures()[name]
@@ -153,7 +153,7 @@ def test_every_combination_once(evaluate):
 
 def test_all_is_every_structure_with_its_defaults(evaluate):
     records = evaluate(TETRA, "--structure", "all", "--rays", CAMERA)
-    assert [record["structure"]["name"] for record in records] == list(structures())
+    assert [record["structure"]["name"] for record in records] == list(general_structures())
     assert len({record["trace"]["hits"] for record in records}) == 1
 
 
@@ -192,7 +192,7 @@ def test_csv_is_json_flattened_in_full_precision(run, tmp_path):
     records = json.loads((tmp_path / "a.json").read_text())["records"]
     with (tmp_path / "a.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == len(records) == 4 * len(structures())
+    assert len(rows) == len(records) == 4 * len(general_structures())
 
     def flatten(value, prefix=""):
         if isinstance(value, list) and value and isinstance(value[0], dict):
@@ -376,7 +376,7 @@ def test_pictures_of_difficult_scenes(run, obj, tmp_path):
         )  # fmt: skip
         assert (outcome.code, outcome.err) == (0, "")
         files = list(folder.glob("*.png"))
-        assert {path.name.split("-")[1] for path in files} == set(structures())
+        assert {path.name.split("-")[1] for path in files} == set(general_structures())
         for path in files:
             read_png(path)
 

@@ -12,7 +12,7 @@ from accelscope.core.geometry.rays import CLOSEST, Rays
 from accelscope.core.scene import Scene
 from accelscope.core.scene.camera_rays import camera_rays
 from accelscope.core.settings import key_of, parse
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 from accelscope.sample_scenes import make_sample, samples
 from accelscope.sample_scenes.mount import grow_mountain
 
@@ -77,7 +77,7 @@ def settings_of(structure, text):
 
 ALL_VARIANTS = [
     (name, text)
-    for name, structure in structures().items()
+    for name, structure in general_structures().items()
     for text in settings_variants(structure)
 ]
 
@@ -347,7 +347,7 @@ def pytest_generate_tests(metafunc):
         ids = [f"{name}:{text}" if text else name for name, text in ALL_VARIANTS]
         metafunc.parametrize("variant", ALL_VARIANTS, ids=ids)
     if "structure_name" in metafunc.fixturenames:
-        metafunc.parametrize("structure_name", list(structures()))
+        metafunc.parametrize("structure_name", list(general_structures()))
 
 
 @pytest.fixture(scope="session")

@@ -22,7 +22,7 @@ from accelscope.core.geometry.box_shape import surface_area
 from accelscope.core.parallel import Team
 from accelscope.core.progress import SILENT
 from accelscope.core.scene import Scene
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 from accelscope.core.structures.bvh.builders import BUILDERS
 from accelscope.core.structures.bvh.builders.morton.codes import MortonSettings, codes_of
 from accelscope.core.structures.bvh.builders.morton.hlbvh import TREELET_BITS
@@ -369,7 +369,7 @@ def test_a_branch_that_is_too_deep_is_balanced_in_the_log(builder):
             assert sorted(log.cells[children[name]]) == [first, first + 1]
 
 
-@pytest.mark.parametrize("name", structures())
+@pytest.mark.parametrize("name", general_structures())
 def test_nothing_is_kept_unless_asked(scene, name):
     kind = structures()[name]
     without, asked = (

@@ -11,7 +11,7 @@ from accelscope.core.geometry.cones import Cone
 from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.geometry.rays import Ray, Rays
 from accelscope.core.scene import Scene
-from accelscope.core.structures import structure_named, structures
+from accelscope.core.structures import general_structures, structure_named
 from accelscope.sample_scenes import make_sample
 
 ANGLES = [0.001, 0.05, 0.3, 0.9, 1.5]
@@ -114,7 +114,7 @@ def test_a_cone_has_all_that_a_ray_has():
 
 def test_refusals():
     rays, _ = cones(1)
-    for name, kind in structures().items():
+    for name, kind in general_structures().items():
         structure = kind.build(soup(20), kind.Settings())
         if not structure.takes_cones:
             with pytest.raises(InputError, match=f"cones do not go through {name}; choose"):

@@ -20,7 +20,7 @@ from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, Rando
 from accelscope.core.evaluation.records.experiment import Built, make_record, trace
 from accelscope.core.geometry.rays import ANY, CLOSEST, Rays
 from accelscope.core.scene import Scene
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 
 Generator = np.random.Generator
 
@@ -232,7 +232,7 @@ def check(lab, seed):
     rays, names = rays_over(lab, scene, rng)
     naive = structures()["naive"]
     want, _ = naive.build(scene, naive.Settings()).trace(rays)
-    for name in structures():
+    for name in general_structures():
         try:
             structure, where = built_with(lab, name, scene, rng)
         except InputError as error:
@@ -253,7 +253,7 @@ def check(lab, seed):
         structure.statistics()
     assert wrong == {}, f"seed {seed}, {kind}, {len(scene)} triangles"
     hits = int((want.primitive >= 0).sum())
-    return Outcome(kind, refused, len(structures()) - len(refused), len(rays), hits)
+    return Outcome(kind, refused, len(general_structures()) - len(refused), len(rays), hits)
 
 
 class Outcome(NamedTuple):
@@ -283,7 +283,7 @@ def judge(outcome):
         assert what == "scene", outcome
         assert re.search(MAY_BE_REFUSED[outcome.kind], why), outcome
         return
-    assert outcome.built == len(structures())
+    assert outcome.built == len(general_structures())
     assert outcome.hits > outcome.rays / 50, outcome
 
 
@@ -337,7 +337,7 @@ def test_pictures_of_a_hostile_scene(lab, seed, tmp_path):
         pytest.skip("that it is refused is looked at above")
     rng = np.random.default_rng([seed, 2])
     gallery = Gallery(tmp_path)
-    for name in structures():
+    for name in general_structures():
         structure, where = built_with(lab, name, scene, rng)
         before = len(list(tmp_path.glob("*.png")))
         built = Built(structure, 0.0)

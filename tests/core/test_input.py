@@ -6,7 +6,7 @@ from accelscope.core import memory
 from accelscope.core.errors import InputError
 from accelscope.core.geometry.rays import ANY, Rays
 from accelscope.core.scene import Scene
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 from accelscope.core.structures.bvh.builders import BUILDERS
 
 TRIANGLE = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
@@ -64,7 +64,7 @@ def test_scaled_by_a_power_of_two_everything_is_scaled_exactly(lab, power):
     moved = Rays.from_arrays(rays.origins * factor, rays.directions * factor, rays.t_max)
     # Directions of 1e150 times 2^200 leave what a float can hold; these are another test's.
     sane = np.abs(np.log10(np.abs(rays.directions).max(axis=1))) < 30
-    for name in structures():
+    for name in general_structures():
         plain, counters = built(name, scene).trace(rays)
         hits, others = built(name, scaled).trace(moved)
         assert built(name, scaled).validate() == []
@@ -77,7 +77,7 @@ def test_scaled_by_a_power_of_two_everything_is_scaled_exactly(lab, power):
 
 
 @pytest.mark.parametrize("factor", [1e-20, 1e20, 1e-35, 1e35])
-@pytest.mark.parametrize("name", structures())
+@pytest.mark.parametrize("name", general_structures())
 def test_tiny_and_huge_scenes_agree_with_brute_force(lab, name, factor):
     scene = lab.small_scene("soup")
     scaled = Scene.from_triangles(scene.triangles * factor, "scaled")
@@ -88,7 +88,7 @@ def test_tiny_and_huge_scenes_agree_with_brute_force(lab, name, factor):
     assert (want.primitive >= 0).sum() > 1000
 
 
-@pytest.mark.parametrize("name", structures())
+@pytest.mark.parametrize("name", general_structures())
 def test_a_tiny_scene_far_from_the_origin(lab, name):
     """Coordinates with few digits left: everything stays consistent."""
     scene = lab.small_scene("suzanne")
@@ -102,7 +102,7 @@ def test_a_tiny_scene_far_from_the_origin(lab, name):
         assert lab.differences(names, want, got) == {}
 
 
-@pytest.mark.parametrize("name", structures())
+@pytest.mark.parametrize("name", general_structures())
 def test_ten_thousand_identical_triangles(name):
     scene = Scene.from_triangles(np.tile(TRIANGLE + np.array([0, 0, 3]), (10_000, 1, 1)), "copies")
     structure = built(name, scene)

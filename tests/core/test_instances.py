@@ -13,7 +13,7 @@ from accelscope.core.geometry.instances import instanced, owners_of
 from accelscope.core.geometry.rays import ALL, ANY, Rays
 from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.scene import Scene
-from accelscope.core.structures import structure_named, structures
+from accelscope.core.structures import general_structures, structure_named
 from accelscope.sample_scenes import make_sample
 
 
@@ -54,7 +54,7 @@ def test_hierarchies_have_naives_hits(levels):
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("name", sorted(set(structures()) - {"bsp", "bvh", "naive"}))
+@pytest.mark.parametrize("name", sorted(set(general_structures()) - {"bsp", "bvh", "naive"}))
 @pytest.mark.parametrize("levels", [1, 2])
 def test_all_structures_have_naives_hits(name, levels):
     check(name, levels)

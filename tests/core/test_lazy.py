@@ -20,12 +20,12 @@ from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
 from accelscope.core.geometry.triangles import all_triangles
 from accelscope.core.progress import Cancelled, Progress
 from accelscope.core.scene import Scene
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 from accelscope.sample_scenes import make_sample
 
 LAZY = [
     name
-    for name, kind in structures().items()
+    for name, kind in general_structures().items()
     if "lazy" in {field.name for field in dataclasses.fields(kind.Settings)}
 ]
 

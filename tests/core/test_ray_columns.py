@@ -8,13 +8,13 @@ import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.evaluation.rays.ray_files import columns_of, read_rays
 from accelscope.core.geometry.rays import Rays, joined_rays
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 from accelscope.sample_scenes import make_sample
 
 ORIGINS, DIRECTIONS = np.zeros((3, 3)), np.ones((3, 3))
 
 
-@pytest.mark.parametrize("name", structures())
+@pytest.mark.parametrize("name", general_structures())
 def test_a_ray_begins_at_t_min(name):
     """What it would hit before does not count: the hits are those of a ray that starts there."""
     scene = make_sample("soup:count=200,edge=0.4")

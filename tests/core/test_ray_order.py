@@ -27,7 +27,7 @@ from accelscope.core.evaluation.records.experiment import trace_rays
 from accelscope.core.geometry.rays import ANY, CLOSEST, Rays
 from accelscope.core.kernels import call, has_numba, plain
 from accelscope.core.progress import SILENT
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 from accelscope.sample_scenes import make_sample
 
 needs_numba = pytest.mark.skipif(not has_numba(), reason="plain Python sorts no rays")
@@ -44,7 +44,7 @@ def codes_of(rays, box):
 
 
 @needs_numba
-@pytest.mark.parametrize("spec", [*structures(), "grid:lazy=true", "octree:lazy=true",
+@pytest.mark.parametrize("spec", [*general_structures(), "grid:lazy=true", "octree:lazy=true",
                                   "kdtree:mailbox=true", "bvh:arity=8"])  # fmt: skip
 def test_hits_and_counters_are_the_callers(lab, build, spec):
     scene = lab.small_scene("suzanne")

@@ -15,7 +15,7 @@ import pytest
 from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.rays import ALL, CLOSEST, Rays
 from accelscope.core.settings import GIVEN, OPEN, has_effect, key_of
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 
 SCENES = ("suzanne", "mess", "cubes")
 """Round; dwarfs beside a giant, where short Morton codes are the same; faces in walls of cells."""
@@ -25,7 +25,7 @@ MORE_SCENES = {"size_bits": ["teapot_in_stadium"]}
 
 FIELDS = [
     (name, field)
-    for name, entry in structures().items()
+    for name, entry in general_structures().items()
     for field in dataclasses.fields(entry.Settings)
 ]
 CONDITIONAL = [(name, field) for name, field in FIELDS if field.metadata["only_for"]]
@@ -99,7 +99,7 @@ def changes_something(lab, name, field, settings):
 def test_there_is_something_to_test():
     assert len(CONDITIONAL) >= 20
     assert len(ALWAYS) >= 45
-    assert {name for name, _ in FIELDS} == set(structures())
+    assert {name for name, _ in FIELDS} == set(general_structures())
     assert {"grid", "macro_grid", "octree", "kdtree", "bsp", "bvh"} == {n for n, _ in CONDITIONAL}
     words = {str(c) for _, field in CONDITIONAL for c in field.metadata["only_for"].values()}
     assert {GIVEN, OPEN} < words

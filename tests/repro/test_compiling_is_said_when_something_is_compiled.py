@@ -4,7 +4,7 @@ import pytest
 from accelscope.core.evaluation.records.experiment import build, warm_up
 from accelscope.core.kernels import announcing, has_numba
 from accelscope.core.progress import Progress
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 from accelscope.core.structures.bvh import BVH
 from accelscope.sample_scenes import make_sample
 
@@ -17,7 +17,7 @@ class Listening(Progress):
         self.said.append(text)
 
 
-@pytest.mark.parametrize("name", structures())
+@pytest.mark.parametrize("name", general_structures())
 def test_the_second_time(name):
     kind = structures()[name]
     warm_up(kind, kind.Settings())

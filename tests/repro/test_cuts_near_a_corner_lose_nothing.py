@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.scene import Scene
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 
 
 def through_one_point(n):
@@ -18,7 +18,7 @@ def through_one_point(n):
     return corners
 
 
-@pytest.mark.parametrize("name", [name for name in structures() if name != "naive"])
+@pytest.mark.parametrize("name", [name for name in general_structures() if name != "naive"])
 def test_triangles_through_one_point(build, name):
     scene = Scene.from_triangles(through_one_point(1500), "through one point")
     # At every triangle, from close by.

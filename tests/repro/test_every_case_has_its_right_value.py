@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from accelscope.core.files import load_mesh_file
 from accelscope.core.settings import parse
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures, structures
 from accelscope.core.structures.octree import DUPLICATION
 
 FAR_CELLS = "bvh:volume=kdop26,arity=4,optimise=reinsert,max_leaf_size=20,C_trav=10"
@@ -84,7 +84,7 @@ def hits_of(run, folder, scene, structure, rays):
         return arrays["t"], arrays["primitive"]
 
 
-@pytest.mark.parametrize("structure", structures())
+@pytest.mark.parametrize("structure", general_structures())
 def test_rays_of_the_cases(run, cases, tmp_path, structure):
     def hits(name):
         rays = f"file:path={cases / name}_rays.npz"
@@ -109,7 +109,7 @@ def test_the_rotated_cone_is_an_ordinary_octree(run, cases):
     )  # fmt: skip
     assert (outcome.code, outcome.err) == (0, "")
     records = {record["structure"]["name"]: record for record in outcome.records}
-    assert set(records) == set(structures())
+    assert set(records) == set(general_structures())
     assert records["octree"]["statistics"]["duplication"] <= DUPLICATION
 
 
@@ -126,7 +126,7 @@ def test_hits_with_a_subnormal_axis_are_those_of_naive(run, cases, tmp_path):
     scene = cases / "subnormal_axis.off"
     rays = f"file:path={cases / 'subnormal_axis_rays.npz'}"
     found = {}
-    for structure in (*structures(), SUBNORMAL, "macro_grid:resolution=16x16x16"):
+    for structure in (*general_structures(), SUBNORMAL, "macro_grid:resolution=16x16x16"):
         path = tmp_path / "hits.npz"
         outcome = run(
             "evaluate", scene, "--structure", structure, "--rays", rays, "--hits", path, "--quiet"
@@ -140,7 +140,7 @@ def test_hits_with_a_subnormal_axis_are_those_of_naive(run, cases, tmp_path):
 
 # Every structure, and the hierarchy with every volume.
 LARGE = [
-    *structures(),
+    *general_structures(),
     *(
         f"bvh:volume={volume}"
         for volume in parse(structures()["bvh"].Settings, {}, "bvh")

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.structures import structure_named, structures
+from accelscope.core.structures import general_structures, structure_named
 
 TETRA = "sample:tetra:size=1"
 RAYS = ("--rays", "camera:width=4,height=3", "random_lines:count=5")
@@ -70,7 +70,7 @@ def test_all_structures_but_one(run, monkeypatch, error, when):
     assert "octree" in line
     failed = [r["structure"]["name"] for r in outcome.records if "error" in r]
     assert failed == ["octree"]
-    assert [r["structure"]["name"] for r in outcome.records] == list(structures())
+    assert [r["structure"]["name"] for r in outcome.records] == list(general_structures())
 
 
 def test_scenes_that_cannot_be_read(run, obj, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.files import READERS, load_mesh_file
 from accelscope.core.scene import Scene
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures
 from accelscope.sample_scenes import make_sample, samples
 from accelscope.sample_scenes.teapot_in_stadium import teapot
 
@@ -56,7 +56,7 @@ def test_every_case_is_built_by_every_structure(cases, build, lab):
     meshes = mesh_cases(cases)
     assert len(meshes) >= 20
     for file, scene in meshes.items():
-        for name in structures():
+        for name in general_structures():
             structure = build(name, scene)
             assert structure.validate() == [], (file, name)
             if name in TREES and (name, file) not in NO_ORDINARY_MESH:
@@ -67,7 +67,7 @@ def test_every_case_is_built_by_every_structure(cases, build, lab):
 @pytest.mark.parametrize("sample", samples())
 def test_every_sample_is_built_by_every_structure(build, sample, lab):
     scene = lab.small_scene(sample)
-    names = set(structures())
+    names = set(general_structures())
     if sample in lab.SOLIDS:
         with pytest.raises(InputError, match=r"bsp divides with triangles only.*another structure"):
             build("bsp", scene)
@@ -87,7 +87,7 @@ def test_the_cone_in_blender(bpy, root, current, cases):
     root.workload = "random_lines"
     root.workloads.random_lines.count = 500
     hits = {}
-    for name in structures():
+    for name in general_structures():
         root.structure = name
         assert bpy.ops.accelscope.build() == {"FINISHED"}
         assert bpy.ops.accelscope.trace() == {"FINISHED"}

@@ -160,13 +160,13 @@ def test_an_orthographic_camera_has_parallel_rays_over_its_scale():
 
 
 def test_every_structure_traces_orthographic_rays_alike(make_scene_with):
-    from accelscope.core.structures import structures
+    from accelscope.core.structures import general_structures
 
     scene = make_scene_with(Camera(EYE, np.zeros(3), UP, 0.0, kind="orthographic", scale=3.0))
     rays = CameraWorkload.make(scene, CameraSettings(width=40, height=30))
     expected, _ = Naive.build(scene, Naive.Settings()).trace(rays)
     assert 200 < (expected.primitive >= 0).sum() < 1200
-    for structure in structures().values():
+    for structure in general_structures().values():
         hits, _ = structure.build(scene, structure.Settings()).trace(rays)
         np.testing.assert_array_equal(hits.t, expected.t, err_msg=structure.name)
         np.testing.assert_array_equal(hits.primitive, expected.primitive, err_msg=structure.name)

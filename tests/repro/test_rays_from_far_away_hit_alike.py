@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.scene import Scene
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures
 
 STRUCTURES = [
-    *((name, "") for name in structures() if name != "naive"),
+    *((name, "") for name in general_structures() if name != "naive"),
     ("grid", "resolution=9x9x9,assignment=exact,mailbox=true"),
     ("macro_grid", "resolution=12x12x12,regions=octant"), ("bsp", "planes=fixed"),
     ("bvh", "volume=obb"), ("bvh", "volume=kdop26"), ("sorted_volumes", "volume=smallest_sphere"),

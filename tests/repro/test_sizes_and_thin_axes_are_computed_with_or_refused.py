@@ -10,12 +10,12 @@ from accelscope.core.errors import InputError
 from accelscope.core.files import load_mesh_file
 from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.scene import Scene
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures
 
 CASES = Path(__file__).parent / "cases"
 
 STRUCTURES = [
-    *((name, "") for name in structures() if name not in ("naive", "bvh")),
+    *((name, "") for name in general_structures() if name not in ("naive", "bvh")),
     ("grid", "assignment=exact"), ("macro_grid", "resolution=16x16x16"),
     ("macro_grid", "rule=regular,density=0.1,regions=octant"), ("octree", "planes=adaptive"),
     ("bsp", "planes=fixed"), ("sorted_volumes", "volume=obb_and_kdop14"), ("bvh", "builder=sbvh"),
