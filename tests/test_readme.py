@@ -75,9 +75,9 @@ def test_the_python_examples_run_one_after_the_other() -> None:
         [sys.executable, "-c", "\n".join(examples)], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    from accelscope.core.structures import structures
+    from accelscope.core.structures import general_structures
 
-    for word in ("N_IT", "leaves", *structures()):
+    for word in ("N_IT", "leaves", *general_structures()):
         assert word in done.stdout
 
 

@@ -31,8 +31,8 @@ from ..scene.camera_rays import PRIMARY, framing_camera
 from ..settings import setting
 from .directional.faces import Faces, in_face, picture_of
 from .directional.insertion import Insertion
-from .directional.lists import NONE, Lists, cell_at, lists_of, no_lists
-from .directional.structure import Directional, DirectionalSettings, division_of, insertion_of
+from .directional.lists import NONE, Lists, cell_at, no_lists
+from .directional.structure import Directional, DirectionalSettings, filled, insertion_of
 from .directional.walk import Seen, walk_list
 
 CERTAIN = Figure(
@@ -168,7 +168,7 @@ class ImageDirectory(Directional):
             )
         faces, geometry = picture_of(camera, settings.width, settings.height), scene.items()
         insertion = insertion_of(scene, geometry, faces, settings)
-        lists = lists_of(insertion, division_of(settings), cls.name, progress)
+        lists = filled(insertion, settings, cls.name, progress)
         arrays = ImageArrays(
             faces, lists, no_lists(), np.empty(0, np.int32), insertion.slack, scene.diagonal
         )

@@ -17,6 +17,9 @@ traced one after the other, in the caller's order, on one thread.
 A ray that does not end at the light that it says it goes to is no shadow ray of this buffer, nor is
 one to another point of a large light: all items are tested.
 
+With ``insert=raster`` cells first try what graphics hardware would draw into them
+(:mod:`.directional.raster`).
+
 E. Haines, D. Greenberg: The Light Buffer: A Shadow-Testing Accelerator, IEEE CG&A 6(9), 1986.
 """
 
@@ -49,14 +52,19 @@ from .directional.faces import (
     plane_before_sun,
 )
 from .directional.insertion import Insertion
-from .directional.lists import NONE, Lists, cell_at, lists_of, no_lists
+from .directional.lists import NONE, Lists, cell_at, no_lists
+from .directional.raster import drawn_lists
 from .directional.structure import (
+    UNIFORM,
     Directional,
     DirectionalSettings,
-    division_of,
+    filled,
+    insert_setting,
     insertion_of,
 )
 from .directional.walk import Seen, walk_list
+
+RASTER = "raster"
 
 NOTHING, PER_LIGHT, PER_CELL = "none", "light", "cell"
 """What remembers its last occluder."""
@@ -66,6 +74,17 @@ NOTHING, PER_LIGHT, PER_CELL = "none", "light", "cell"
 class LightBufferSettings(DirectionalSettings):
     """Settings of the light buffer."""
 
+    insert: str = insert_setting(
+        {RASTER: "What is visible at pixels is tried first, of uniform cells; then all as exact"}
+    )
+    pixels: int = setting(
+        2, "Pixels", "Pixels along an edge of a cell", unit="pixels", minimum=1, maximum=16,
+        only_for={"insert": [RASTER]},
+    )  # fmt: skip
+    dilation: int = setting(
+        0, "Dilation", "Pixels around a cell that are its own as well", unit="pixels", minimum=0,
+        maximum=16, only_for={"insert": [RASTER]},
+    )  # fmt: skip
     last_occluder: str = setting(
         NOTHING,
         "Last Occluder",
@@ -206,6 +225,11 @@ class LightBuffer(Directional):
                 f"({', '.join(LIGHT_KINDS)}), or choose another structure",
                 scene.name,
             )
+        if settings.insert == RASTER and settings.division != UNIFORM:
+            raise InputError(
+                "light_buffer: insert=raster draws into uniform cells; choose division=uniform, or "
+                "another way to insert"
+            )
         cls.refuse_too_large(scene, settings)
         parts = [
             plane_before_sun(light.direction, scene.lower, scene.upper)
@@ -216,10 +240,15 @@ class LightBuffer(Directional):
         ends = np.cumsum([0] + [len(part.origins) for part in parts])
         faces, geometry = joined_faces(parts), scene.items()
         insertion = insertion_of(scene, geometry, faces, settings)
-        lists = lists_of(insertion, division_of(settings), cls.name, progress)
+        lists = filled(insertion, settings, cls.name, progress)
+        drawn = no_lists()
+        if settings.insert == RASTER:
+            drawn = drawn_lists(
+                insertion, settings.cells, settings.pixels, settings.dilation, progress
+            )
         remembered = {PER_LIGHT: len(parts), PER_CELL: len(lists.children)}
         arrays = LightBufferArrays(
-            faces, ends[:-1].astype(np.int32), lists, no_lists(),
+            faces, ends[:-1].astype(np.int32), lists, drawn,
             np.full(remembered.get(settings.last_occluder, 0), NONE, np.int32),
             settings.last_occluder == PER_CELL, insertion.slack, scene.diagonal,
         )  # fmt: skip

@@ -32,7 +32,15 @@ SETTINGS = [
     "division=uniform,cells=1",
     "division=uniform,cells=7,insert=box",
     "division=uniform,cells=13,insert=cone,full_occlusion=false",
+    "merge=equal",
+    "merge=similar",
+    "division=uniform,merge=similar",
 ]
+RASTER = [
+    "division=uniform,cells=6,insert=raster,pixels=1",
+    "division=uniform,cells=6,insert=raster,dilation=2",
+]
+REMEMBERING = ["last_occluder=light", "last_occluder=cell"]
 
 
 def combinations(texts):
@@ -115,9 +123,7 @@ def same_hits(structure, truth, rays):
     return counts
 
 
-@pytest.mark.parametrize(
-    ("name", "text"), combinations([*SETTINGS, "last_occluder=light", "last_occluder=cell"])
-)
+@pytest.mark.parametrize(("name", "text"), combinations([*SETTINGS, *RASTER, *REMEMBERING]))
 def test_shadow_rays_are_those_of_brute_force(lab, name, text):
     scene = lit(lab.small_scene(name))
     rays = shadow_rays_of(scene)
@@ -335,6 +341,43 @@ def test_lists_of_exact_insertion_are_the_shortest(lab):
             for how in ("box", "cone"):
                 loose = built(lab, LIGHT_BUFFER, scene, f"{text}{',' * bool(text)}insert={how}")
                 assert loose.statistics().extra["list_over_exact"] >= 1.0
+
+
+def test_merged_lists_are_shorter_together_and_lack_nothing(lab):
+    scene = lit(lab.small_scene("suzanne"))
+    for text in ("", "division=uniform,"):
+        plain, equal, similar = (
+            built(lab, LIGHT_BUFFER, scene, f"{text}merge={how}").lists
+            for how in ("none", "equal", "similar")
+        )
+        assert len(plain.references) > len(equal.references) > len(similar.references)
+        for cell in np.flatnonzero(plain.children < 0).tolist():
+            own = plain.references[plain.first[cell] : plain.last[cell]]
+            same = equal.references[equal.first[cell] : equal.last[cell]]
+            more = similar.references[similar.first[cell] : similar.last[cell]]
+            assert np.array_equal(own, same)
+            assert set(own) <= set(more)
+            assert len(more) <= max(1.25 * len(own), len(own))
+
+
+def test_what_was_drawn_misses_less_the_more_it_is_dilated(lab):
+    """Rays of a mesh whose triangles are smaller than pixels; dilated cells overlook fewer."""
+    scene = lit(lab.small_scene("suzanne"))
+    rays = shadow_rays_of(scene, count=1000)
+    overlooked = []
+    for dilation in (0, 1, 4):
+        text = f"division=uniform,cells=16,insert=raster,dilation={dilation}"
+        structure = built(lab, LIGHT_BUFFER, scene, text)
+        _, counts = structure.trace(rays)
+        overlooked.append(int(counts["overlooked"].sum()))
+        lists, drawn = structure.lists, structure.arrays.drawn
+        for cell in range(0, len(drawn.first), 7):
+            seen = drawn.references[drawn.first[cell] : drawn.last[cell]]
+            listed = lists.references[lists.first[cell] : lists.last[cell]]
+            assert dilation or set(seen) <= set(listed)
+    assert overlooked[0] > overlooked[1] > overlooked[2]
+    with pytest.raises(InputError, match="choose division=uniform"):
+        built(lab, LIGHT_BUFFER, scene, "insert=raster")
 
 
 def test_certain_pixels_are(lab):

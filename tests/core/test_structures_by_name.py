@@ -27,7 +27,7 @@ def test_every_structure_is_called_as_its_module():
 
 @pytest.mark.parametrize("name", ["subdivision", "bhv", "", "naive.py"])
 def test_what_is_none_is_refused_with_all_names(name):
-    with pytest.raises(InputError, match="known are: bsp, bvh, grid, kdtree"):
+    with pytest.raises(InputError, match="known are: bsp, bvh, grid, image_directory"):
         structure_named(name)
 
 

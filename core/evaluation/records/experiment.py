@@ -36,6 +36,7 @@ from ...parallel import core_count
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...scene.camera_rays import CLASS_NAMES
+from ...scene.light import point_lights
 from ...settings import to_json
 from ..rays.workload import Generations, Outcome, Workload
 from .environment import environment
@@ -148,7 +149,7 @@ def is_triangles(scene: Scene) -> bool:
 
 
 def tiny_scene_like(geometry: Any = None) -> Scene:
-    """Return a scene of the kind of a geometry: instances as deep, of triangles or solids."""
+    """Return a scene with a light, of the kind of a geometry: triangles or solids, as deep."""
     # Enough of a muddle that even what only improves a poor tree has something to do.
     random = np.random.default_rng(1)
     corners = random.random((60, 1, 3)) + 0.05 * random.random((60, 3, 3))
@@ -164,7 +165,7 @@ def tiny_scene_like(geometry: Any = None) -> Scene:
         places[:, :, 3] = corners[:, 0]
         many = instanced([scene.geometry], np.zeros(len(places), np.int32), places)
         scene = Scene.from_instances(many, "warm-up")
-    return scene
+    return dataclasses.replace(scene, lights=point_lights((2.0, 3.0, 4.0)))
 
 
 def trace(

@@ -30,7 +30,8 @@ from ...settings import setting
 from .faces import Faces
 from .insertion import BOX, CONE, EXACT, Insertion, footprints_of, is_in_cell
 from .items import ULPS, items_of
-from .lists import NONE, Division, Lists, Squares, cell_at, squares_of
+from .lists import NONE, Division, Lists, Squares, cell_at, lists_of, squares_of
+from .merging import EQUAL, KEEP, SIMILAR, merged
 
 UNIFORM, ADAPTIVE = "uniform", "adaptive"
 
@@ -61,8 +62,27 @@ COVERED_SHARE = Figure(
     "covered_share", "share of all directions that go through cells which one item covers",
     "Covered directions", section="Lists",
 )  # fmt: skip
+LISTS_KEPT = Figure(
+    "references_kept", "references that are stored: cells may share lists", "References stored",
+    "count", section="Lists",
+)  # fmt: skip
 LONGEST_LIST = Figure("longest_list", "length of the longest list", "Longest list", "count",
                       section="Lists")  # fmt: skip
+
+
+def insert_setting(others: dict[str, str]) -> Any:
+    """Declare what of an item is put into cells; some structures know other ways as well."""
+    return setting(
+        "exact",
+        "Insert",
+        "What of an item is put into cells",
+        choices={
+            "cone": "The cone around its bounding sphere",
+            "box": "The rectangle around its bounding box",
+            "exact": "Its own outline, if it is flat and convex, or its cone and rectangle",
+            **others,
+        },
+    )
 
 
 @dataclass(frozen=True)
@@ -90,14 +110,15 @@ class DirectionalSettings:
         10, "Max Depth", "How often a face is divided at most", minimum=1, maximum=14,
         only_for={"division": [ADAPTIVE]},
     )  # fmt: skip
-    insert: str = setting(
-        "exact",
-        "Insert",
-        "What of an item is put into cells",
+    insert: str = insert_setting({})
+    merge: str = setting(
+        KEEP,
+        "Merge",
+        "Which cells share one list",
         choices={
-            "cone": "The cone around its bounding sphere",
-            "box": "The rectangle around its bounding box",
-            "exact": "Its own outline, if it is flat and convex, or its cone and rectangle",
+            KEEP: "None: each has its own",
+            EQUAL: "Those with equal lists",
+            SIMILAR: "Those with equal lists, and cells in a row with similar ones",
         },
     )
     full_occlusion: bool = setting(
@@ -105,7 +126,8 @@ class DirectionalSettings:
     )
 
 
-METHODS = {"cone": CONE, "box": BOX, "exact": EXACT}
+METHODS = {"cone": CONE, "box": BOX, "exact": EXACT, "raster": EXACT}
+"""How items are inserted into the lists in which nothing is missing."""
 
 
 class Directional(Structure):
@@ -114,7 +136,7 @@ class Directional(Structure):
     COUNTERS = N_TS, N_ETS, N_EETS, N_IT, COVERED, RECALLED, OVERLOOKED, STRANGERS
     FIGURES: ClassVar[tuple[Figure, ...]] = (
         N_IN, N_V, N_EV, N_OIV, MAX_DEPTH, MEAN_LEAF_SIZE,
-        MEAN_LIST, LIST_SHARE, LIST_OVER_EXACT, LONGEST_LIST, COVERED_SHARE, LEAF_SIZES,
+        MEAN_LIST, LIST_SHARE, LIST_OVER_EXACT, LISTS_KEPT, LONGEST_LIST, COVERED_SHARE, LEAF_SIZES,
     )  # fmt: skip
     BYTES_PER_TRIANGLE = 200
     """Copies of boxes, balls and corners, and the order of all items for both threads; lists are
@@ -244,6 +266,7 @@ class Directional(Structure):
             "mean_list": mean,
             "list_share": mean / len(self.scene),
             "list_over_exact": int(count.sum()) / exact if exact else 1.0,
+            "references_kept": len(lists.references),
             "longest_list": int(count.max(initial=0)),
             "covered_share": float(weights[is_leaf & (lists.cover >= 0)].sum()),
         }
@@ -299,6 +322,19 @@ def insertion_of(scene: Scene, geometry: Any, faces: Faces, settings: Any) -> In
         items_of(geometry), faces, METHODS[settings.insert], slack_of(scene, faces.origins),
         settings.full_occlusion,
     )  # fmt: skip
+
+
+def filled(insertion: Insertion, settings: Any, name: str, progress: Progress) -> Lists:
+    """Return the lists of all cells.
+
+    Raises
+    ------
+    InputError
+        When they do not fit into memory.
+    Cancelled
+        From `progress`.
+    """
+    return merged(lists_of(insertion, division_of(settings), name, progress), settings.merge)
 
 
 def division_of(settings: Any) -> Division:
