@@ -36,6 +36,8 @@ ALL = 2
 ULPS = 8 * np.finfo(np.float64).eps
 """Slack relative to the largest coordinate: three roundings in a slab test, with room."""
 
+BYTES_PER_RAY = 520
+"""Memory of a ray of a batch, its hit, its counters, and the temporaries of making them."""
 
 NOBODY = -1
 """Source, target or pixel of a ray that has none."""

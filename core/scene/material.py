@@ -137,7 +137,7 @@ def principled(
     return Material(
         name, base,
         diffuse=max(1.0 - of_metal - glass, 0.0), specular=min(specular, 1.0),
-        shine=min(max(2.0 / rough**4 - 2.0, 1.0), SHARP) if rough else SHARP,
+        shine=min(max(2.0 / rough**4 - 2.0, 1.0), SHARP) if rough > 0.05 else SHARP,
         transmission=max(glass - of_glass, 0.0), index_of_refraction=index,
         specular_colour=tuple(1.0 - part * (1.0 - each) for each in base),
         transmission_colour=base,

@@ -5,8 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 from accelscope.core.errors import InputError
-from accelscope.core.evaluation.rays.whitted.film import Film
-from accelscope.core.evaluation.rays.whitted.optics import mirrored, refracted, whole_power
 from accelscope.core.evaluation.rays.workloads import WhittedSettings, WhittedWorkload
 from accelscope.core.evaluation.records.experiment import Built, make_record, trace
 from accelscope.core.geometry.rays import Rays
@@ -14,6 +12,8 @@ from accelscope.core.geometry.solids.description import Box, Polygon, Sphere, Tr
 from accelscope.core.progress import Cancelled, Progress
 from accelscope.core.scene import Camera, Scene, point_lights
 from accelscope.core.scene.material import Material
+from accelscope.core.scene.whitted.film import Film
+from accelscope.core.scene.whitted.optics import mirrored, refracted, whole_power
 from accelscope.core.structures import structures
 from accelscope.sample_scenes import make_sample
 
@@ -343,7 +343,7 @@ def test_adaptive_samples_are_some_of_the_fixed_ones(build, samples):
     assert some.outcome.samples.max() <= samples**2
     assert some.outcome.saved.whole == len(fixed.rays)
     one = traced(build, scene, width=24, height=24)
-    from accelscope.core.evaluation.rays.whitted.outcome import error_of
+    from accelscope.core.evaluation.rays.picture_outcome import error_of
 
     assert some.outcome.saved.rms_error < error_of(one.outcome.picture, fixed.outcome.picture)[0]
 
@@ -414,8 +414,8 @@ def test_what_cannot_be_is_refused(settings, words):
 
 
 def test_generations_that_do_not_fit_are_refused_by_the_setting(build, monkeypatch):
-    from accelscope.core.evaluation.rays.whitted import trees
     from accelscope.core.memory import refuse_if_too_large
+    from accelscope.core.scene.whitted import trees
 
     def refuse(needed, what, advice):
         refuse_if_too_large(needed * 10**9 if needed > 4000 * 520 else needed, what, advice)

@@ -26,10 +26,10 @@ from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...scene.camera_rays import PRIMARY, camera_rays
+from ...scene.surfaces import CHUNK, Surfaces, surfaces_hit
 from ...settings import setting
 from .camera import ViewSettings, camera_of, camera_used, refuse_no_view
 from .ray_files import BYTES_PER_RAY
-from .surfaces import CHUNK, Surfaces, surfaces_hit
 from .workload import Generations, Workload, ray_order
 
 AMBIENT = "ambient"

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
-from ...geometry.rays import Rays
+from ...geometry.rays import BYTES_PER_RAY, Rays
 from ...memory import refuse_if_too_large
 from ...reading import refuse_if_no_file
 
@@ -42,8 +42,6 @@ LONGEST_NAMES = 100_000
 
 LONGEST_HEADER = 10_000
 """Bytes; that of an array of numbers has a hundred."""
-
-BYTES_PER_RAY = 520  # ray, hit, counters, and the temporaries of making them
 
 
 class Header(NamedTuple):

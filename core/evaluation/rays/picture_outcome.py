@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ....contract.figures import Figure
-from .trees import CLASS_NAMES
+from ...contract.figures import Figure
+from ...scene.whitted.trees import CLASS_NAMES
 
 SECTION = "Fewer rays"
 

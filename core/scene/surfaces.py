@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ...contract.structure import Hits
-from ...geometry.geometry import normals_at
-from ...geometry.rays import Rays
-from ...scene import Scene
+from ..geometry.geometry import normals_at
+from ..geometry.rays import Rays
+from . import Scene
 
 OFF_THE_FACE = 1e-9
 """How far off the face a new ray starts, relative to the scene's diagonal."""
@@ -25,6 +24,18 @@ slack of 8 units at the origin and 8 at the triangle. 32 is more than all of tha
 
 CHUNK = 1 << 15
 """New rays that are made together: some ten milliseconds between two looks whether to stop."""
+
+
+class Found(Protocol):
+    """What rays have hit, as :class:`..contract.structure.Hits` has it."""
+
+    @property
+    def t(self) -> np.ndarray:
+        """Where, (n,) float64; inf for a miss."""
+
+    @property
+    def primitive(self) -> np.ndarray:
+        """What, (n,) int; -1 for a miss."""
 
 
 class Surfaces(NamedTuple):
@@ -56,7 +67,7 @@ class Surfaces(NamedTuple):
     is_inside: np.ndarray
 
 
-def surfaces_hit(scene: Scene, rays: Rays, hits: Hits, numbers: np.ndarray) -> Surfaces:
+def surfaces_hit(scene: Scene, rays: Rays, hits: Found, numbers: np.ndarray) -> Surfaces:
     """Return the surfaces that the rays of some numbers, (n,), have hit; all of them have.
 
     Only sums, products, quotients and square roots go into it: the result is the same everywhere.

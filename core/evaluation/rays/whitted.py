@@ -1,13 +1,7 @@
 """The workload ``whitted``: all rays of a picture by Whitted's recursive ray tracing.
 
-Primary rays come from the camera; from what they hit, shadow rays go to the lights, and reflected
-and refracted rays go on, from hit to hit (:mod:`.trees`). What they see is put together to the
-picture (:mod:`.shading`, :mod:`.film`), and rays can be saved in two ways: by not sending those
-that would add too little, and by taking many samples of a pixel only where the picture needs them.
-
-All is the same on every machine and with any number of threads, but for what the mathematical
-library's tangent of the angle of view and cosine of a spot light's cone may differ by in their last
-digit.
+See :mod:`...scene.whitted`. Rays can be saved in two ways: by not sending those that would add too
+little, and by taking many samples of a pixel only where the picture needs them.
 """
 
 from __future__ import annotations
@@ -17,22 +11,19 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-
-from ....contract.structure import Hits
-from ....errors import InputError
-from ....geometry.rays import Rays
-from ....memory import refuse_if_too_large
-from ....progress import SILENT, Progress
-from ....scene import POINT, Camera, Light, Scene
-from ....scene.camera_rays import camera_axes, camera_rays
-from ....settings import GIVEN, setting
-from ..camera import ViewSettings, camera_of, camera_used, refuse_no_view
-from ..ray_files import BYTES_PER_RAY
-from ..workload import Generations, Workload, ray_order
-from .film import Film
-from .outcome import FIGURES, Pictured
-from .trees import Batch, Trees
+from ...contract.structure import Hits
+from ...errors import InputError
+from ...geometry.rays import BYTES_PER_RAY, Rays
+from ...memory import refuse_if_too_large
+from ...progress import SILENT, Progress
+from ...scene import Scene
+from ...scene.whitted import Batches, batches_of, lights_for, rays_of_film
+from ...scene.whitted.film import Film
+from ...scene.whitted.trees import Trees
+from ...settings import GIVEN, setting
+from .camera import ViewSettings, camera_of, camera_used, refuse_no_view
+from .picture_outcome import FIGURES, Pictured
+from .workload import Generations, Workload, ray_order
 
 MOST_DEPTH = 50
 
@@ -109,7 +100,8 @@ class WhittedWorkload(Workload):
     def make(scene: Scene, settings: WhittedSettings) -> Rays:
         """Return the primary rays; of adaptive samples, the first of each pixel."""
         WhittedWorkload.refuse_impossible(settings)
-        return primary_rays(scene, settings, film_of(settings))
+        camera, film = camera_of(scene, settings), film_of(settings)
+        return rays_of_film(camera, film, corner=settings.pixel == "corner")
 
     @staticmethod
     def generations(
@@ -120,15 +112,11 @@ class WhittedWorkload(Workload):
         After the hits of each depth follow the shadow rays from there, then the next depth.
         Adaptive samples grow their trees one division of the film after the other.
         """
-        film = film_of(settings)
+        camera, film = camera_of(scene, settings), film_of(settings)
         trees = Trees(
-            scene, lights_of(scene, settings), settings.depth, settings.threshold, film, progress
+            scene, lights_for(scene, camera), settings.depth, settings.threshold, film, progress
         )
-        yield from rays_only(trees.grow(first, 0))
-        before = len(first)
-        while film.divide(settings.contrast):
-            yield from rays_only(trees.grow(primary_rays(scene, settings, film, before), before))
-            before = len(film)
+        yield from rays_only(batches_of(trees, camera, film, first, settings.contrast))
         return Pictured(film.picture(), film.samples(), trees.sent, trees.spared)
 
     @staticmethod
@@ -144,7 +132,8 @@ class WhittedWorkload(Workload):
         camera = {"camera": camera_used(scene, settings)}
         if scene.lights:
             return camera
-        return camera | {"lights": [each.to_json() for each in lights_of(scene, settings)]}
+        lights = lights_for(scene, camera_of(scene, settings))
+        return camera | {"lights": [each.to_json() for each in lights]}
 
 
 def side_of(settings: WhittedSettings) -> int:
@@ -158,30 +147,7 @@ def film_of(settings: WhittedSettings) -> Film:
     return Film(settings.width, settings.height, side, settings.adaptive and side > 1)
 
 
-def primary_rays(scene: Scene, settings: WhittedSettings, film: Film, first: int = 0) -> Rays:
-    """Return the rays of a film's samples from a number on."""
-    camera, side = camera_of(scene, settings), film.side
-    rays = camera_rays(
-        camera, settings.width * side, settings.height * side, settings.pixel == "corner",
-        film.places(first),
-    )  # fmt: skip
-    return dataclasses.replace(rays, pixels=film.pixels(first).astype(np.int32))
-
-
-def lights_of(scene: Scene, settings: WhittedSettings) -> tuple[Light, ...]:
-    """Return the lights of a scene, or the one that stands in for them."""
-    return scene.lights or (light_at(camera_of(scene, settings), scene),)
-
-
-def light_at(camera: Camera, scene: Scene) -> Light:
-    """Return a light over the left shoulder of who looks through a camera."""
-    _, right, up = camera_axes(camera)
-    position = np.asarray(camera.position, float)
-    distance = float(np.linalg.norm(0.5 * (scene.lower + scene.upper) - position))
-    return Light(POINT, position + 0.3 * distance * (up - right), name="over the shoulder")
-
-
-def rays_only(batches: Generator[Batch, Hits, None]) -> Generator[Rays, Hits, None]:
+def rays_only(batches: Batches) -> Generator[Rays, Hits, None]:
     """Yield the rays of batches, and pass their hits on."""
     try:
         batch = next(batches)

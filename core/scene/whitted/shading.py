@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....scene import Scene
-from ....scene.material import MATT
+from .. import Scene
+from ..material import MATT
 from .optics import whole_power
 
 SHARPEST = 1_000_000

@@ -24,16 +24,14 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ....contract.structure import Hits
-from ....geometry.rays import ANY, CLOSEST, NOBODY, Rays
-from ....geometry.solids.frames import units_of
-from ....memory import refuse_if_too_large
-from ....progress import Progress
-from ....scene import Light, Scene
-from ....scene.camera_rays import PRIMARY, SHADOW
-from ..ray_files import BYTES_PER_RAY
-from ..shadow_rays import ways_to_lights
-from ..surfaces import CHUNK, Surfaces, surfaces_hit
+from ...geometry.rays import ANY, BYTES_PER_RAY, CLOSEST, NOBODY, Rays
+from ...geometry.solids.frames import units_of
+from ...memory import refuse_if_too_large
+from ...progress import Progress
+from .. import Light, Scene
+from ..camera_rays import PRIMARY, SHADOW
+from ..light_ways import ways_to_lights
+from ..surfaces import CHUNK, Found, Surfaces, surfaces_hit
 from .optics import mirrored, refracted
 from .shading import Surfacing, intensity, lit
 
@@ -111,7 +109,7 @@ class Trees:
         self.sent = np.zeros((depth, len(CLASS_NAMES)), dtype=np.int64)
         self.spared = np.zeros_like(self.sent)
 
-    def grow(self, rays: Rays, first_sample: int) -> Generator[Batch, Hits, None]:
+    def grow(self, rays: Rays, first_sample: int) -> Generator[Batch, Found, None]:
         """Yield primary rays, and what descends from them; be sent the hits of each batch.
 
         Parameters
@@ -139,7 +137,7 @@ class Trees:
                 is_free = (yield shadows).primitive < 0
                 self.receiver.add(shadows.samples, shadows.weights * is_free[:, None])
 
-    def _after(self, batch: Batch, hits: Hits) -> tuple[Batch | None, Batch | None]:
+    def _after(self, batch: Batch, hits: Found) -> tuple[Batch | None, Batch | None]:
         """Return the shadow rays of a batch's hits, and the reflected and refracted ones."""
         hit = np.flatnonzero(hits.primitive >= 0)
         amounts = batch.weights * np.array(self.scene.background)
@@ -235,7 +233,7 @@ class Trees:
         )
 
     def _batch(
-        self, parents: Batch, hits: Hits, parts: list[Spawned], depth: int, query: int
+        self, parents: Batch, hits: Found, parts: list[Spawned], depth: int, query: int
     ) -> Batch | None:
         """Return rays that go on as a batch; None if there are none."""
         if not sum(len(part.parents) for part in parts):
