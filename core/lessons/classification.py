@@ -52,7 +52,11 @@ LESSON_OF = {
 
 OTHER_WAYS = (
     ("Directional Techniques", "Directional acceleration techniques", "Structures of directions"),
-    ("Less Rays", "BVH in action", "Recursion control, adaptive anti-aliasing"),
+    (
+        "Less Rays",
+        "Classification",
+        "Recursion control, adaptive anti-aliasing. Go on to less_rays_recursion",
+    ),
     ("Generalized Rays", "Generalized rays", "Bundles, cones: one ray carries more"),
 )
 """What is no bar: name, slide, meaning."""

@@ -343,7 +343,7 @@ def test_adaptive_samples_are_some_of_the_fixed_ones(build, samples):
     assert some.outcome.samples.max() <= samples**2
     assert some.outcome.saved.whole == len(fixed.rays)
     one = traced(build, scene, width=24, height=24)
-    from accelscope.core.evaluation.rays.picture_outcome import error_of
+    from accelscope.core.scene.whitted.film import error_of
 
     assert some.outcome.saved.rms_error < error_of(one.outcome.picture, fixed.outcome.picture)[0]
 

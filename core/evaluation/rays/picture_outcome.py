@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...contract.figures import Figure
+from ...scene.whitted.film import error_of
 from ...scene.whitted.trees import CLASS_NAMES
 
 SECTION = "Fewer rays"
@@ -119,9 +120,3 @@ class Pictured:
         return dataclasses.replace(
             self, saved=Saved(by_depth, int(whole.sent.sum()), rms, maximum)
         )  # fmt: skip
-
-
-def error_of(picture: np.ndarray, right: np.ndarray) -> tuple[float, float]:
-    """Return by how much a picture is off, as shown: root of the mean square, and the maximum."""
-    off = np.abs(np.minimum(picture, 1.0) - np.minimum(right, 1.0))
-    return float(np.sqrt(np.square(off).mean())), float(off.max())

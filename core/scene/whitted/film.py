@@ -11,6 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+ROUNDING = 1e-12
+"""Sums in another order differ by less."""
+
 NOTHING = -1
 """The object that is seen where nothing is hit."""
 
@@ -115,3 +118,10 @@ class Film:
         """Return how many samples each pixel has, (height, width) int64."""
         count = self.width * self.height
         return np.bincount(self.pixels(), minlength=count).reshape(self.height, self.width)
+
+
+def error_of(picture: np.ndarray, right: np.ndarray) -> tuple[float, float]:
+    """Return by how much a picture is off, as shown: root of the mean square, and the maximum."""
+    off = np.abs(np.minimum(picture, 1.0) - np.minimum(right, 1.0))
+    off[off < ROUNDING] = 0.0
+    return float(np.sqrt(np.square(off).mean())), float(off.max())
