@@ -211,9 +211,15 @@ def rooms_for_lines(context: bpy.types.Context, area: bpy.types.Area, is_large: 
         taken.append(corner)
         rooms = [room._replace(right=corner.left), room._replace(bottom=corner.top)]
     if is_large:
+        lines = max((len(column) for column in _state.drawn.columns), default=1)
+        # In space there is room for one line; those of a column need more, and stand above.
+        legend = (lines - 1) * screen.line
         screen, words = words_of(screen, picture, _state.drawn.heading, inner, taken)
+        top = inner.top - screen.line
         rooms = [
-            each for one in rooms for each in _beside_words(one, words, inner.top - screen.line)
+            each._replace(top=max(each.top - legend, 0.5 * (each.bottom + each.top)))
+            for one in rooms
+            for each in _beside_words(one, words, top)
         ]
     return rooms
 
