@@ -160,3 +160,11 @@ def test_settings_are_declared():
     fields = {field.name: field for field in dataclasses.fields(morton.MortonSettings)}
     assert "patent" in fields["morton_codes"].metadata["choices"]["extended"]
     assert fields["morton_codes"].default == "standard"
+
+
+def test_the_highest_bit_of_numbers_that_a_float_rounds():
+    powers = np.array([1 << k for k in range(63)])
+    numbers = np.concatenate([[0], powers, powers - 1, powers + 1, [2**63 - 1]])
+    assert morton.highest_bit(numbers).tolist() == [
+        int(n).bit_length() - 1 for n in numbers.tolist()
+    ]

@@ -256,21 +256,27 @@ def planes_between(
     position : (k,) float64
     """
     bits = len(coding.kinds)
-    differ = codes ^ others
-    highest = np.full(len(codes), -1)
-    for bit in range(bits):
-        highest += differ >> bit > 0
+    highest = highest_bit(codes ^ others)
     kind = np.where(highest >= 0, coding.kinds[bits - 1 - np.maximum(highest, 0)], SIZE)
-    cell = np.zeros(len(codes), np.int64)  # the first one above the plane
-    for bit in range(bits):
-        place = bits - 1 - bit
-        counts = (coding.kinds[bit] == kind) & (place >= highest)
-        cell |= np.where(counts, others >> place & 1, 0) << coding.places[bit]
     axis, position = np.full(len(codes), -1, np.int8), np.full(len(codes), np.nan)
-    there = np.flatnonzero(kind != SIZE)
-    axis[there] = along = kind[there]
-    position[there] = 0.5 * (coding.low[along] + cell[there] / coding.scale[along])
+    for along in range(3):
+        there = np.flatnonzero(kind == along)
+        above, up_to = others[there], highest[there]
+        cell = np.zeros(len(there), np.int64)  # the first one above the plane
+        for bit in np.flatnonzero(coding.kinds == along).tolist():
+            place = bits - 1 - bit
+            cell |= np.where(place >= up_to, above >> place & 1, 0) << coding.places[bit]
+        axis[there] = along
+        position[there] = 0.5 * (coding.low[along] + cell / coding.scale[along])
     return axis, position
+
+
+def highest_bit(numbers: np.ndarray) -> np.ndarray:
+    """Return which is the highest bit that is set in int64 numbers of at least 0; -1 for 0."""
+    _, exponents = np.frexp(numbers.astype(np.float64))
+    found = exponents.astype(np.int64) - 1
+    # A number of more than 53 bits may have been rounded up to the next power of two.
+    return found - ((numbers >> np.maximum(found, 0) == 0) & (numbers > 0))
 
 
 def codes_of(boxes: np.ndarray, settings: MortonSettings, team: Team) -> np.ndarray:
