@@ -22,6 +22,7 @@ from ..geometry.solids.making import mixed_of
 from ..geometry.solids.mixed import Mixed
 from ..geometry.triangles import Triangles, all_triangles, extent
 from ..memory import refuse_if_too_large, refuse_if_unnumbered
+from ..progress import SILENT, Progress
 from .camera import ORTHOGRAPHIC, PERSPECTIVE, Camera
 from .light import AREA, LIGHT_KINDS, POINT, SPOT, SUN, Light, point_lights
 from .material import Material
@@ -118,6 +119,7 @@ class Scene:
         camera: Camera | None = None,
         lights: Sequence[Light] = (),
         notes: tuple[str, ...] = (),
+        progress: Progress = SILENT,
     ) -> Scene:
         """Check, clean and wrap triangles.
 
@@ -130,11 +132,16 @@ class Scene:
         ------
         InputError
             When no triangle is left that a ray could hit.
+        Cancelled
+            From `progress`.
         """
+        text = "Checking triangles"
+        progress.report(0, 4, text)
         triangles = np.array(triangles, dtype=np.float64, order="C").reshape(-1, 3, 3)
         if len(triangles) == 0:
             raise InputError(f"{name} has no triangles; choose a mesh with faces", name)
         refuse_if_unnumbered(len(triangles), f"triangles of {name}", "use a part of it")
+        progress.report(1, 4, text)
         count, kept = len(triangles), np.arange(len(triangles), dtype=np.int32)
         lower, upper = extent(triangles)
         # A float32 file may hold values up to 3e38; what is larger than we can compute with is
@@ -152,9 +159,12 @@ class Scene:
             object_ids, object_names = np.zeros(len(kept), dtype=np.int32), object_names or (name,)
         else:
             object_ids = np.ascontiguousarray(object_ids[kept], dtype=np.int32)
+        progress.report(2, 4, text)
         notes = (*notes, *_flatten(triangles, lower, upper))
         _refuse_if_all_degenerate(triangles, lower, upper, name)
+        progress.report(3, 4, text)
         geometry = all_triangles(triangles)
+        progress.report(4, 4, text)
         return cls(
             name, source or name, geometry, kept, dropped, object_ids, tuple(object_names),
             lower, upper, camera, tuple(lights), notes,

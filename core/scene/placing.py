@@ -189,6 +189,7 @@ def scene_of(
     scene = Scene.from_triangles(
         corners, name, source, notes=notes,
         object_ids=np.repeat(np.arange(len(objects), dtype=np.int32), counts), object_names=names,
+        progress=progress,
     )  # fmt: skip
     return _surfaced(scene, objects, counts, np.ones(len(objects), bool))
 
