@@ -1,6 +1,6 @@
 """The scene's lamps: point, sun, spot and area lights that are visible.
 
-Of an area light the centre is taken, and that it shines to its front only.
+Of an area light the shape is taken, and that it shines to its front only.
 """
 
 from __future__ import annotations
@@ -59,7 +59,16 @@ def _light(name: str, lamp: bpy.types.Light, matrix: np.ndarray) -> Light | None
         return None
     direction = -back / length if kind != POINT else np.array([0.0, 0.0, -1.0])
     angle = float(np.degrees(lamp.spot_size)) if kind == SPOT else ANGLES[kind]
-    return Light(kind, matrix[:3, 3], direction, angle, name)
+    return Light(kind, matrix[:3, 3], direction, angle, name, *_shape_of(lamp, matrix))
+
+
+def _shape_of(lamp: bpy.types.Light, matrix: np.ndarray) -> tuple[np.ndarray | None, bool]:
+    """Return the half-axes of an area light in the world, and whether it is round."""
+    if lamp.type != "AREA":
+        return None, False
+    size_y = lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size
+    sizes = np.array([lamp.size, size_y])
+    return 0.5 * sizes[:, None] * matrix[:3, :2].T, lamp.shape in ("DISK", "ELLIPSE")
 
 
 def _is_round(lamp: bpy.types.Light, matrix: np.ndarray) -> bool:

@@ -22,8 +22,8 @@ class Light:
     Attributes
     ----------
     kind : {"point", "sun", "spot", "area"}
-        A sun is infinitely far away; of an area light only its centre is known, where one shadow
-        ray per hit goes to.
+        A sun is infinitely far away. Shadow rays go to the centre of an area light, or to points
+        on it where that is asked for.
     position : (3,) float64
         Of all but a sun.
     direction : (3,) float64
@@ -33,6 +33,10 @@ class Light:
         of an area light, which shines to its front.
     name : str
         What its source calls it.
+    half_axes : (2, 3) float64 or None
+        Of an area light: from its centre to the middles of two sides. Without them it is a point.
+    is_round : bool
+        Whether an area light is an ellipse, not a rectangle.
     """
 
     kind: str
@@ -40,6 +44,8 @@ class Light:
     direction: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, -1.0]))
     angle: float = 360.0
     name: str = ""
+    half_axes: np.ndarray | None = None
+    is_round: bool = False
 
     def to_json(self) -> dict[str, Any]:
         """Return what shadow rays know of it, as JSON takes it."""
@@ -50,6 +56,9 @@ class Light:
             values["direction"] = np.asarray(self.direction, float).tolist()
         if self.kind == SPOT:
             values["angle"] = self.angle
+        if self.half_axes is not None:
+            values["half_axes"] = np.asarray(self.half_axes, float).tolist()
+            values["is_round"] = self.is_round
         return values
 
 

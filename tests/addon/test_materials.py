@@ -166,3 +166,26 @@ def test_a_mesh_that_is_mirrored_has_its_inside_within(bpy: Any, extract: Any) -
             pictures.append(result.outcome.picture)
     for other in pictures[1:]:
         np.testing.assert_allclose(other, pictures[0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("shape", "half_axes", "is_round"),
+    [
+        ("SQUARE", [[0.0, 1.0, 0.0], [-2.0, 0.0, 0.0]], False),
+        ("RECTANGLE", [[0.0, 1.0, 0.0], [-3.0, 0.0, 0.0]], False),
+        ("DISK", [[0.0, 1.0, 0.0], [-2.0, 0.0, 0.0]], True),
+        ("ELLIPSE", [[0.0, 1.0, 0.0], [-3.0, 0.0, 0.0]], True),
+    ],
+)
+def test_area_lights_have_their_shape(
+    bpy: Any, extract: Any, shape: str, half_axes: Any, is_round: bool
+) -> None:
+    """Turned a quarter about z, and twice as high as wide."""
+    cube_of(bpy)
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "AREA"))
+    lamp.data.shape, lamp.data.size, lamp.data.size_y = shape, 2.0, 3.0
+    lamp.rotation_euler, lamp.scale = (0, 0, np.pi / 2), (1, 2, 1)
+    bpy.context.scene.collection.objects.link(lamp)
+    (light,) = extract().lights
+    assert light.is_round is is_round
+    np.testing.assert_allclose(light.half_axes, half_axes, atol=1e-6)

@@ -17,6 +17,7 @@ from ...geometry.rays import BYTES_PER_RAY, Rays
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
+from ...scene.light_ways import Sampling
 from ...scene.whitted import Batches, batches_of, lights_for, rays_of_film
 from ...scene.whitted.film import Film
 from ...scene.whitted.trees import Trees
@@ -56,6 +57,14 @@ class WhittedSettings(ViewSettings):
     contrast: float = setting(
         0.1, "Contrast", "How much red, green or blue of neighbours must differ, from 0 to 1; "
         "other objects always do", minimum=0.0, maximum=1.0, only_for={"adaptive": GIVEN},
+    )  # fmt: skip
+    light_samples: int = setting(
+        0, "Light Samples", "Shadow rays from a hit to points on each area light; 0 sends one to "
+        "its centre", unit="rays", minimum=0, maximum=1024, unset="centre",
+    )  # fmt: skip
+    seed: int = setting(
+        1, "Seed", "Start of the numbers by which points on lights are chosen", minimum=0,
+        only_for={"light_samples": GIVEN},
     )  # fmt: skip
     compare: bool = setting(
         True, "Compare", "Where rays are saved, trace those as well, unmeasured, to say how many "
@@ -114,8 +123,9 @@ class WhittedWorkload(Workload):
         """
         camera, film = camera_of(scene, settings), film_of(settings)
         trees = Trees(
-            scene, lights_for(scene, camera), settings.depth, settings.threshold, film, progress
-        )
+            scene, lights_for(scene, camera), settings.depth, settings.threshold, film, progress,
+            Sampling(settings.light_samples, settings.seed),
+        )  # fmt: skip
         yield from rays_only(batches_of(trees, camera, film, first, settings.contrast))
         return Pictured(film.picture(), film.samples(), trees.sent, trees.spared)
 

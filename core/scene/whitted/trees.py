@@ -3,7 +3,7 @@
 Rules of the Standard Procedural Databases (E. Haines, Readme 3.14, Testing Procedures 7 to 10):
 
 - The primary ray is at depth 1; a hit at the greatest depth sends nothing on.
-- A hit sends a shadow ray to each light on its side of the face.
+- A hit sends a shadow ray to each light on its side of the face, or several to an area light.
 - It sends a reflected ray where its material reflects or transmits, and a refracted one where it
   transmits; in total reflection, a reflected ray alone. What transmits and reflects nothing has a
   reflected ray of weight zero.
@@ -30,7 +30,7 @@ from ...memory import refuse_if_too_large
 from ...progress import Progress
 from .. import Light, Scene
 from ..camera_rays import PRIMARY, SHADOW
-from ..light_ways import ways_to_lights
+from ..light_ways import CENTRES, Sampling, ways_to_lights
 from ..surfaces import CHUNK, Found, Surfaces, surfaces_hit
 from .optics import mirrored, refracted
 from .shading import Surfacing, intensity, lit
@@ -102,8 +102,10 @@ class Trees:
         threshold: float,
         receiver: Receiver,
         progress: Progress,
+        sampling: Sampling = CENTRES,
     ) -> None:
         self.scene, self.lights, self.progress = scene, lights, progress
+        self.sampling = sampling
         self.depth, self.threshold, self.receiver = depth, threshold, receiver
         self.surfacing, self.intensity = Surfacing.of(scene), intensity(len(lights))
         self.sent = np.zeros((depth, len(CLASS_NAMES)), dtype=np.int64)
@@ -167,11 +169,12 @@ class Trees:
         self, batch: Batch, surfaces: Surfaces, made_of: Surfacing, mirrors: np.ndarray
     ) -> Spawned:
         """Return the shadow rays from surfaces."""
-        ways = ways_to_lights(surfaces, self.lights)
+        ways = ways_to_lights(surfaces, self.lights, self.sampling)
         of = ways.surfaces
         to_light = units_of(ways.directions)[0]
         arriving = lit(made_of.at(of), surfaces.normals[of], mirrors[of], to_light)
-        weights = batch.weights[surfaces.rays[of]] * arriving * self.intensity
+        weights = batch.weights[surfaces.rays[of]] * arriving
+        weights *= (self.intensity * ways.shares)[:, None]
         sent = weights.max(axis=1, initial=0.0) >= self.threshold
         self._count(batch.depth, np.full(len(of), OF_SHADOW), sent)
         return Spawned(
