@@ -59,7 +59,7 @@ def open_scene(
         window.scene = owner
     owner[OURS] = sample
     empty(owner)
-    collection = add_scene(owner, scene, label, items)
+    collection = add_scene(owner, scene, label, items, has_materials=False)
     collection[OURS] = True
     layer = owner.view_layers[0]
     for obj in collection.objects:

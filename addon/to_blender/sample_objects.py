@@ -13,6 +13,7 @@ from ...core.geometry.solids.mixed import Mixed
 from ...core.scene import POINT, Camera, Scene
 from ..from_blender import extraction
 from ..from_blender.standing import carry
+from .sample_materials import blender_material
 
 
 def add_scene(
@@ -21,6 +22,8 @@ def add_scene(
     label: str,
     items: Sequence[Item] | None = None,
     view_layer: bpy.types.ViewLayer | None = None,
+    *,
+    has_materials: bool = True,
 ) -> bpy.types.Collection:
     """Add a scene's objects to one of Blender's, in a collection of their own, and select them.
 
@@ -34,6 +37,8 @@ def add_scene(
         Descriptions of the scene's items, if it has solids.
     view_layer : bpy.types.ViewLayer, optional
         Where they are selected; by default the first of `owner`.
+    has_materials : bool
+        Whether objects are given their materials.
     """
     # Imports Numba, which Blender's start does not wait for.
     from ...core.geometry.solids.tessellation import tessellated
@@ -48,11 +53,17 @@ def add_scene(
         object_ids = scene.object_ids[owners]
     else:
         triangles, object_ids = scene.triangles, scene.object_ids
+    materials = [blender_material(each) for each in scene.materials if has_materials]
+    # An object of a sample is of one material.
+    of_objects = np.zeros(len(scene.object_names), dtype=np.int64)
+    of_objects[scene.object_ids] = scene.materials_of(np.arange(len(scene)))
     for number, name in enumerate(scene.object_names):
         mesh = mesh_of(triangles[object_ids == number], name)
         if items is not None:
             own = np.flatnonzero(scene.object_ids == number)
             carry(mesh, [items[place] for place in own.tolist()])
+        if materials:
+            mesh.materials.append(materials[of_objects[number]])
         obj = bpy.data.objects.new(name, mesh)
         collection.objects.link(obj)
         obj.select_set(True, view_layer=layer)

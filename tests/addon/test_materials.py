@@ -168,6 +168,34 @@ def test_a_mesh_that_is_mirrored_has_its_inside_within(bpy: Any, extract: Any) -
         np.testing.assert_allclose(other, pictures[0], atol=1e-9)
 
 
+@pytest.mark.parametrize("name", ["balls", "mount", "gears", "tetra"])
+def test_samples_send_as_many_rays_on_in_blender(bpy: Any, extract: Any, name: str) -> None:
+    """As the scene that they were made of, of solids that meshes stand for."""
+    import dataclasses
+
+    from accelscope.addon.to_blender import sample_objects
+    from accelscope.core.evaluation.rays.workloads import WhittedSettings, WhittedWorkload
+    from accelscope.core.evaluation.records.experiment import Built, trace
+    from accelscope.core.structures import structures
+    from accelscope.sample_scenes import samples
+
+    sample = samples()[name]
+    settings = sample.Settings(size=1)
+    made = sample.generate(settings)
+    sample_objects.add_scene(bpy.context.scene, made, name, sample.items(settings))
+    bpy.context.view_layer.update()
+    taken = dataclasses.replace(extract(), camera=made.camera)
+    bvh = structures()["bvh"]
+    counts = []
+    for scene in (made, taken):
+        built = Built(bvh.build(scene, bvh.Settings()), 0.0)
+        result = trace(built, WhittedWorkload, WhittedSettings(width=48, height=48))
+        counts.append(np.bincount(result.rays.classes, minlength=4))
+    np.testing.assert_allclose(counts[1], counts[0], rtol=0.005)
+    for block in bpy.data.materials:
+        assert tuple(block.diffuse_color[:3]) == pytest.approx((0.8, 0.8, 0.8))
+
+
 @pytest.mark.parametrize(
     ("shape", "half_axes", "is_round"),
     [
