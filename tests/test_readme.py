@@ -54,7 +54,7 @@ def test_the_window_test_follows_the_five_minutes_word_by_word() -> None:
     assert quoted == sentences
 
 
-OUTPUTS = {"--json", "--csv", "--hits", "--pictures", "--page", "--out"}
+OUTPUTS = {"--json", "--csv", "--hits", "--image", "--pictures", "--page", "--out"}
 
 
 def test_the_readme_tells_every_counter() -> None:
