@@ -13,16 +13,22 @@ import subprocess
 import sys
 import threading
 import types
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).absolute().parents[1]
 """As Blender has it, links and all: the place of what is compiled depends on it."""
 
 
-def main(package: str, kernels: str) -> int:
+WORKER = "worker"
+"""After package and folder: to do parts of the work, as another process asks for them."""
+
+
+def main(package: str, kernels: str, role: str = "") -> int:
     """Compile under the name of a package; kernels are kept in a folder, or where it is usual."""
-    if hasattr(os, "nice"):
-        os.nice(19)
+    if role != WORKER and hasattr(os, "nice"):
+        os.nice(19)  # its workers are as modest
     parents = package.split(".")
     for number in range(1, len(parents)):
         module = types.ModuleType(".".join(parents[:number]))
@@ -37,7 +43,19 @@ def main(package: str, kernels: str) -> int:
     spec.loader.exec_module(module)
     if kernels:
         importlib.import_module(f"{package}.core.kernels").set_cache_root(kernels)
+    if role == WORKER:
+        importlib.import_module(f"{package}.addon.command.prepare").serve()
     return importlib.import_module(f"{package}.addon.command.main").main(["prepare"])
+
+
+def start(command: Sequence[str], **streams: Any) -> subprocess.Popen[str]:
+    """Start this file in another process, with an interpreter and the arguments of :func:`main`."""
+    python, *arguments = command
+    return subprocess.Popen(
+        [python, str(Path(__file__).absolute()), *arguments],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        text=True, creationflags=getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0), **streams,
+    )  # fmt: skip
 
 
 class Preparation:
@@ -55,12 +73,9 @@ class Preparation:
 
     def __init__(self, package: str, kernels: str, python: str = sys.executable) -> None:
         self.text = "0 of 1: starting"
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-        self.process = subprocess.Popen(
-            [python, str(Path(__file__).absolute()), package, kernels],
+        self.process = start(
+            [python, package, kernels],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            env=environment, text=True,
-            creationflags=getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0),
         )  # fmt: skip
         threading.Thread(target=self._read, daemon=True).start()
 
@@ -91,4 +106,4 @@ class Preparation:
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:3]))
+    sys.exit(main(*sys.argv[1:4]))

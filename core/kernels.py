@@ -27,6 +27,7 @@ import pickle
 import shutil
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,9 @@ OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapp
 into counting up and down the arrays that all threads share. In return a kernel must not make
 arrays; scratch memory comes from the caller. The wrapper for calls from C is never used.
 """
+
+TOO_LONG = 5.0
+"""Seconds; a kernel is saved within some milliseconds."""
 
 INNER = OPTIONS | {"no_cpython_wrapper": True}
 """For kernels that only kernels call: without the code that takes their arguments from Python,
@@ -371,11 +375,35 @@ def _cache_type() -> type:
         def save_overload(self, sig: Any, data: Any) -> None:
             global _cannot_be_kept
             try:
-                super().save_overload(sig, data)
+                with _alone_in(cache_directory()):
+                    super().save_overload(sig, data)
             except OSError as error:
                 _cannot_be_kept = error.strerror or str(error)
 
     return Cache
+
+
+@contextlib.contextmanager
+def _alone_in(directory: Path) -> Iterator[None]:
+    """Keep other processes from saving while the block runs: what they write in between is lost.
+
+    Numba reads the index of a kernel's types, adds one, and writes it.
+    """
+    lock = directory / "saving"
+    while True:
+        try:
+            lock.mkdir()  # by one process only, on every system
+            break
+        except FileExistsError:
+            time.sleep(0.001)
+            with contextlib.suppress(OSError):
+                if time.time() - lock.stat().st_mtime > TOO_LONG:  # that process was killed
+                    lock.rmdir()
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            lock.rmdir()
 
 
 def cache_directory() -> Path:
@@ -431,8 +459,6 @@ def _prepare_cache() -> bool:
 
 def _unused_for_a_month(directory: Path) -> bool:
     """Say whether no process has used a cache of another version for thirty days."""
-    import time
-
     try:
         return time.time() - directory.stat().st_mtime > 30 * 86400.0
     except OSError:

@@ -1,8 +1,10 @@
 """``accelscope prepare``: what is compiled ahead, and the process that does it beside Blender."""
 
 import os
+import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -22,7 +24,7 @@ def test_every_structure_and_every_lesson_is_prepared(run, monkeypatch, tmp_path
     monkeypatch.setattr(prepare, "compile_lesson", done.append)
     monkeypatch.setattr(prepare, "cache_directory", lambda: tmp_path / "kernels")
     assert not prepare.is_done()
-    out = run("prepare")
+    out = run("prepare", "--processes", "1")
     assert out.code == 0
     if not kernels.has_numba():
         assert "nothing to compile" in out.err
@@ -47,7 +49,7 @@ def test_a_part_that_fails_leaves_the_others_alone(run, monkeypatch, tmp_path):
     monkeypatch.setattr(prepare, "compile_structure", compile_structure)
     monkeypatch.setattr(prepare, "compile_lesson", done.append)
     monkeypatch.setattr(prepare, "cache_directory", lambda: tmp_path / "kernels")
-    out = run("prepare")
+    out = run("prepare", "--processes", "1")
     assert out.code == 1
     assert "error: Uniform Grid: " in out.err
     assert len(done) == len(structures()) + len(lessons()) - 1
@@ -90,6 +92,65 @@ def test_one_that_fails_is_not_running(tmp_path):
     preparation = Preparation("accelscope", "", stand_in(tmp_path, "sys.exit(3)"))
     wait_until(lambda: not preparation.is_running)
     assert preparation.done[0] == 0.0
+
+
+WORKER = """
+print = lambda text, show=print: show(text, flush=True)
+for line in sys.stdin:
+    number = int(line)
+    if number == 3:
+        sys.exit(1)
+    with open(PLACE, "a") as log:
+        log.write(f"{number}\\n")
+    print("failed" if number == 5 else "prepared")
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the stand-in begins with #!")
+@pytest.mark.skipif(not kernels.has_numba(), reason="there is nothing to compile with")
+def test_several_processes_do_each_part_once(run, monkeypatch, tmp_path):
+    log = tmp_path / "log"
+    python = stand_in(tmp_path, WORKER.replace("PLACE", repr(str(log))))
+    monkeypatch.setattr(prepare, "worker_command", lambda: [python])
+    monkeypatch.setattr(prepare, "cache_directory", lambda: tmp_path / "kernels")
+    out = run("prepare", "--processes", "3")
+    names = [name for name, _ in prepare.parts()]
+    # One says itself what is the matter; of one that has ended that is said.
+    assert out.code == 1
+    assert f"error: {names[3]}: its process has ended by itself" in out.err
+    assert f"{len(names) - 2} of {len(names)} are compiled" in out.err
+    done = sorted(map(int, log.read_text().split()))
+    assert done == [number for number in range(len(names)) if number != 3]
+    assert out.out.splitlines() == [f"{k} of {len(names)}: {name}" for k, name in enumerate(names)]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the stand-in begins with #!")
+@pytest.mark.skipif(not kernels.has_numba(), reason="there is nothing to compile with")
+def test_a_stop_ends_all_processes(run, monkeypatch, tmp_path):
+    log = tmp_path / "log"
+    code = f"import os\nopen({str(log)!r}, 'a').write(f'{{os.getpid()}} ')\ntime.sleep(60)"
+    python = stand_in(tmp_path, code)
+    monkeypatch.setattr(prepare, "worker_command", lambda: [python])
+    monkeypatch.setattr(prepare, "cache_directory", lambda: tmp_path / "kernels")
+
+    def stop_when_all_are_there():
+        wait_until(lambda: log.exists() and len(log.read_text().split()) == 2)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=stop_when_all_are_there).start()
+    out = run("prepare", "--processes", "2", "--quiet")
+    assert (out.code, out.err) == (2, "accelscope: error: stopped\n")
+    for process in map(int, log.read_text().split()):
+        with pytest.raises(ProcessLookupError):
+            os.kill(process, 0)
+
+
+@pytest.mark.skipif(not kernels.has_numba(), reason="there is nothing to compile with")
+def test_a_worker_ends_with_whoever_asks_it():
+    worker = prepare.Worker(prepare.worker_command())
+    assert worker.is_running
+    worker.process.communicate(timeout=60)
+    assert worker.process.returncode == 0
 
 
 @pytest.mark.exhaustive
