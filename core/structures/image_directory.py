@@ -24,7 +24,7 @@ from ..contract.needs import CAMERA, GEOMETRY
 from ..contract.statistics import Statistics
 from ..contract.walk import walk
 from ..errors import InputError
-from ..kernels import implements, inner, whole
+from ..kernels import implements, inlined, whole
 from ..progress import SILENT, Progress
 from ..scene import Camera, Scene
 from ..scene.camera_rays import PRIMARY, framing_camera
@@ -79,7 +79,7 @@ class ImageArrays(NamedTuple):
     extent: float
 
 
-@inner
+@inlined
 def seen_from_camera(structure, ray):
     """Return where a ray goes through the picture."""
     faces, lists, slack = structure.faces, structure.lists, structure.slack
@@ -108,7 +108,7 @@ def seen_from_camera(structure, ray):
     return Seen(cell_at(lists, 0, u, v), True, start + slack, length, whole(NONE))
 
 
-@implements(walk, ImageArrays)
+@implements(walk, ImageArrays, inline=True)
 def walk_image_directory(structure, geometry, ray, number, workspace, log):
     """Test what the cell lists that a ray goes through, the nearest to the eye first."""
     return walk_list(

@@ -38,7 +38,7 @@ from ..contract.structure import Hits
 from ..contract.walk import walk
 from ..errors import InputError
 from ..geometry.rays import Rays
-from ..kernels import implements, inner, whole
+from ..kernels import implements, inlined, whole
 from ..progress import SILENT, Progress
 from ..scene import LIGHT_KINDS, SUN, Scene
 from ..scene.camera_rays import SHADOW
@@ -125,13 +125,13 @@ class LightBufferArrays(NamedTuple):
     extent: float
 
 
-@inner
+@inlined
 def stranger():
     """Return what is known of a ray that the lists are not for."""
     return Seen(whole(NONE), False, 0.0, 0.0, whole(NONE))
 
 
-@inner
+@inlined
 def seen_from_light(structure, ray):
     """Return where a ray lies as the light sees it that it goes to."""
     faces, lists, slack = structure.faces, structure.lists, structure.slack
@@ -141,37 +141,37 @@ def seen_from_light(structure, ray):
     face = whole(structure.first_face[light])
     o = faces.origins[face]
     x, y, z = ray.ox - o[0], ray.oy - o[1], ray.oz - o[2]
-    length = np.sqrt(ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz)
-    ux, uy, uz = ray.dx / length, ray.dy / length, ray.dz / length
-    before = ray.t_min * length
+    square = ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz
+    length = np.sqrt(square)
     if faces.is_parallel[face]:
         w = faces.axes[face, 2]
-        off = np.sqrt((ux + w[0]) ** 2 + (uy + w[1]) ** 2 + (uz + w[2]) ** 2)
-        if not off * (structure.extent + np.sqrt(x * x + y * y + z * z)) <= slack:
+        ex, ey, ez = ray.dx / length + w[0], ray.dy / length + w[1], ray.dz / length + w[2]
+        size = structure.extent + np.sqrt(x * x + y * y + z * z)
+        if not np.sqrt(ex * ex + ey * ey + ez * ez) * size <= slack:
             return stranger()
         u, v, depth = in_face(faces, face, x, y, z)
         cell = whole(NONE)
         if abs(u) <= 1.0 and abs(v) <= 1.0:
             cell = cell_at(lists, face, u, v)
-        start = depth - before + slack
+        start = depth - ray.t_min * length + slack
     else:
-        # How far along the ray the light is nearest, and how far off the ray it then is.
-        along = -(x * ux + y * uy + z * uz)
-        ex, ey, ez = x + along * ux, y + along * uy, z + along * uz
+        # The t at which the ray is nearest to the light, and how far off that it then is.
+        t = -(x * ray.dx + y * ray.dy + z * ray.dz) / square
+        ex, ey, ez = x + t * ray.dx, y + t * ray.dy, z + t * ray.dz
         is_off = ex * ex + ey * ey + ez * ez > slack * slack
-        if is_off or not ray.t_max * length <= along + slack:
+        if is_off or not (ray.t_max - t) * length <= slack:
             return stranger()
-        face = whole(face_towards(face, -ux, -uy, -uz))
-        a, b, c = in_face(faces, face, -ux, -uy, -uz)
+        face = whole(face_towards(face, -ray.dx, -ray.dy, -ray.dz))
+        a, b, c = in_face(faces, face, -ray.dx, -ray.dy, -ray.dz)
         cell = cell_at(lists, face, a / c, b / c)
-        start = along - before + slack
+        start = (t - ray.t_min) * length + slack
     place = whole(NONE)
     if len(structure.last) > 0:
         place = cell if structure.per_cell else light
     return Seen(cell, True, start, 0.0, place)
 
 
-@implements(walk, LightBufferArrays)
+@implements(walk, LightBufferArrays, inline=True)
 def walk_light_buffer(structure, geometry, ray, number, workspace, log):
     """Test what the cell lists that a shadow ray comes through, the nearest to the light first."""
     return walk_list(

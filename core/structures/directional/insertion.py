@@ -15,12 +15,12 @@ through it (lecture: "some cells might be covered completely by one object").
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from ...kernels import call, inner, kernel, whole
-from ...progress import Progress
 from ...ranges import ranges
 from .faces import BEYOND, Faces, in_face, out_of_face
 from .items import Items
@@ -398,13 +398,15 @@ ITEMS_AT_ONCE = 1 << 14
 """Items that are projected in one piece of work."""
 
 
-def footprints_of(insertion: Insertion, face: int, progress: Progress) -> Footprints:
+def footprints_of(
+    insertion: Insertion, face: int, check: Callable[[], None] = lambda: None
+) -> Footprints:
     """Return what is known of all items that are seen through a face, the nearest first.
 
-    Raises
-    ------
-    Cancelled
-        From `progress`.
+    Parameters
+    ----------
+    check : callable
+        Is called now and then, and may raise.
     """
     items = insertion.items
     most = max(int(np.diff(items.first).max(initial=0)), 4) + 2 * SIDES
@@ -419,7 +421,7 @@ def footprints_of(insertion: Insertion, face: int, progress: Progress) -> Footpr
     )  # fmt: skip
     parts, found = [], np.zeros(1, np.int64)
     for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
-        progress.report(begin, len(items.boxes), "Projecting items")
+        check()
         call(project_items, insertion, scratch, face, begin, end, room, found)
         n = int(found[0])
         outline = room.outline[: room.first[n]].copy()

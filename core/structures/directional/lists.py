@@ -17,7 +17,7 @@ import numpy as np
 from ...kernels import call, inlined, inner, kernel, whole
 from ...memory import refuse_if_too_large
 from ...parallel import for_chunks
-from ...progress import SILENT, Progress
+from ...progress import SILENT, Cancelled, Progress
 from .faces import Faces
 from .insertion import (
     NEAREST,
@@ -45,6 +45,10 @@ class Lists(NamedTuple):
     ----------
     size : int
         Cells along an edge of a face, before any is divided.
+    entries : int
+        At so many places along an edge a face is entered, not from the top of its quadtree.
+    entry : (k,) int32
+        The cell there, which is a leaf if the quadtree ends above.
     children : (n,) int32
         First of the four children of a cell, NONE for a leaf. Cell ``i`` along u and ``j`` along v
         of face f has the number ``(f size + j) size + i``; child ``k`` lies on the upper side of u
@@ -62,6 +66,8 @@ class Lists(NamedTuple):
     """
 
     size: int
+    entries: int
+    entry: np.ndarray
     children: np.ndarray
     first: np.ndarray
     last: np.ndarray
@@ -69,6 +75,16 @@ class Lists(NamedTuple):
     far: np.ndarray
     references: np.ndarray
     nearest: np.ndarray
+
+
+OF_CELLS = ("children", "first", "last", "cover", "far")
+OF_REFERENCES = ("references", "nearest")
+
+ENTRIES = 32
+"""Places along an edge at which the quadtree of a face is entered."""
+
+NOWHERE = np.zeros(0, np.int32)
+"""Entries of a face that is not finished yet."""
 
 
 @inlined
@@ -80,12 +96,12 @@ def step_along(place, size):
     return cell, x - cell
 
 
-@inner
+@inlined
 def cell_at(lists, face, u, v):
     """Return the leaf at u, v of a face."""
-    i, x = step_along(u, lists.size)
-    j, y = step_along(v, lists.size)
-    cell = (face * lists.size + j) * lists.size + i
+    i, x = step_along(u, lists.entries)
+    j, y = step_along(v, lists.entries)
+    cell = whole(lists.entry[(face * lists.entries + j) * lists.entries + i])
     while lists.children[cell] >= 0:
         x, y = 2.0 * x, 2.0 * y
         is_right, is_upper = x >= 1.0, y >= 1.0
@@ -117,12 +133,14 @@ class View(NamedTuple):
 
 
 @kernel
-def insert_uniformly(view, size, places, cover, far, references, nearest):
-    """Count, or write, the list of each of the cells of a face.
+def insert_uniformly(view, begin, end, size, places, cover, far, references, nearest):
+    """Count, or write, some items in the lists of the cells of a face.
 
     Parameters
     ----------
     view : View
+    begin, end : int
+        Of which footprints.
     size : int
         Cells along an edge.
     places : (size * size,) int64
@@ -135,7 +153,7 @@ def insert_uniformly(view, size, places, cover, far, references, nearest):
     nearest : (m,) float64
     """
     width, footprints = 2.0 / size, view.footprints
-    for k in range(len(footprints.item)):
+    for k in range(begin, end):
         row = footprints.rows[k]
         left, _ = step_along(row[U0], size)
         right, _ = step_along(row[U1], size)
@@ -163,11 +181,14 @@ def insert_uniformly(view, size, places, cover, far, references, nearest):
 
 # ------------------------------------------------------------------------------- adaptive cells
 
-WANTS_CELLS, WANTS_REFERENCES, FINISHED = range(3)
-"""Why :func:`divide_face` has stopped: it needs room, or is done."""
+WANTS_CELLS, WANTS_REFERENCES, PAUSES, FINISHED = range(4)
+"""Why :func:`divide_face` has stopped: it needs room, has worked for a while, or is done."""
 
 N_CELLS, N_REFERENCES, WAITING = range(3)
 """Places in its state: cells and references so far, cells that are not looked at yet."""
+
+AT_ONCE, TESTS_AT_ONCE = 1 << 14, 1 << 21
+"""Items that are inserted, and tests that are made, before a wish to stop is asked for."""
 
 GAIN = 0.9
 """A cell stays as it is if its parts would list more than this share of it, on average."""
@@ -194,9 +215,12 @@ def divide_face(view, most, deepest, waiting, stack, state, lists):
     Returns
     -------
     int
-        WANTS_CELLS, WANTS_REFERENCES or FINISHED.
+        WANTS_CELLS, WANTS_REFERENCES, PAUSES or FINISHED.
     """
+    tested = whole(0)
     while state[WAITING] > 0:
+        if tested > TESTS_AT_ONCE:
+            return PAUSES
         top = state[WAITING] - 1
         row = stack[top]
         begin, end, cell = whole(row[BEGIN]), whole(row[END]), whole(row[CELL])
@@ -216,6 +240,7 @@ def divide_face(view, most, deepest, waiting, stack, state, lists):
             continue
         if state[N_CELLS] + 4 > len(lists.children):
             return WANTS_CELLS
+        tested += 4 * (end - begin)
         child, half, place = state[N_CELLS], 0.5 * size, end
         lists.children[cell] = child
         for k in range(4):
@@ -298,15 +323,37 @@ def lists_of(
     parts: list[Lists | None] = [None] * count
     listed = [0] * count
 
+    stop = Stop(progress)
+
     def divide(first: int, last: int) -> None:
         for face in range(first, last):
-            footprints = footprints_of(insertion, face, SILENT)
+            footprints = footprints_of(insertion, face, stop.check)
             view = View(footprints, insertion.faces, face, insertion.slack, insertion.covers)
             list_face = adaptive if division.deepest else uniform
-            parts[face] = list_face(view, division, listed, name)
+            parts[face] = list_face(view, division, listed, name, stop)
 
-    for_chunks(divide, count, 0, progress, f"Filling {name}")
-    return joined_lists([part for part in parts if part is not None])
+    for_chunks(divide, count, 0, stop, f"Filling {name}")
+    return with_entries(joined_lists([part for part in parts if part is not None]), count)
+
+
+class Stop(Progress):
+    """Passes reports on, and lets the threads at work know that they were told to stop."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress, self._is_wanted = progress, False
+
+    def report(self, done: float, total: float, text: str) -> None:
+        """Pass it on."""
+        try:
+            self._progress.report(done, total, text)
+        except Cancelled:
+            self._is_wanted = True
+            raise
+
+    def check(self) -> None:
+        """Raise Cancelled if that was the answer to a report."""
+        if self._is_wanted:
+            raise Cancelled
 
 
 def refuse_lists(listed: list[int], cells: int, name: str, advice: str) -> None:
@@ -319,14 +366,19 @@ def refuse_lists(listed: list[int], cells: int, name: str, advice: str) -> None:
     )
 
 
-def uniform(view: View, division: Division, listed: list[int], name: str) -> Lists:
+def uniform(view: View, division: Division, listed: list[int], name: str, stop: Stop) -> Lists:
     """Return the lists of the cells of one face: counted first, then written."""
-    size = division.size
+    size, count = division.size, len(view.footprints.item)
     counts = np.zeros(size * size, np.int64)
 
     def insert(places: np.ndarray, references: np.ndarray, nearest: np.ndarray) -> list[np.ndarray]:
         cover, far = np.full(size * size, NONE, np.int32), np.full(size * size, np.inf)
-        call(insert_uniformly, view, size, places, cover, far, references, nearest)
+        for begin in range(0, count, AT_ONCE):
+            stop.check()
+            call(
+                insert_uniformly, view, begin, min(begin + AT_ONCE, count), size, places, cover,
+                far, references, nearest,
+            )  # fmt: skip
         return [cover, far]
 
     insert(counts, np.empty(0, np.int32), np.empty(0))
@@ -336,14 +388,16 @@ def uniform(view: View, division: Division, listed: list[int], name: str) -> Lis
     references, nearest = np.empty(int(ends[-1]), np.int32), np.empty(int(ends[-1]))
     found = insert(ends - counts, references, nearest)
     children = np.full(size * size, NONE, np.int32)
-    return Lists(size, children, ends - counts, ends, found[0], found[1], references, nearest)
+    return Lists(
+        size, 0, NOWHERE, children, ends - counts, ends, found[0], found[1], references, nearest
+    )
 
 
-def adaptive(view: View, division: Division, listed: list[int], name: str) -> Lists:
+def adaptive(view: View, division: Division, listed: list[int], name: str, stop: Stop) -> Lists:
     """Return the lists of one face, divided where lists are long."""
     count = len(view.footprints.item)
     lists = Lists(
-        1, np.full(64, NONE, np.int32), np.zeros(64, np.int64), np.zeros(64, np.int64),
+        1, 0, NOWHERE, np.full(64, NONE, np.int32), np.zeros(64, np.int64), np.zeros(64, np.int64),
         np.full(64, NONE, np.int32), np.full(64, np.inf), np.empty(1024, np.int32), np.empty(1024),
     )  # fmt: skip
     # Of the face the list of all, of every level below those of four cells.
@@ -359,6 +413,9 @@ def adaptive(view: View, division: Division, listed: list[int], name: str) -> Li
         listed[view.face] = int(state[N_REFERENCES])
         if reason == FINISHED:
             break
+        stop.check()
+        if reason == PAUSES:
+            continue
         lists = with_room(lists, reason)
         refuse_lists(listed, len(lists.children), name, division.advice)
     return cut_to(lists, int(state[N_CELLS]), int(state[N_REFERENCES]))
@@ -367,15 +424,15 @@ def adaptive(view: View, division: Division, listed: list[int], name: str) -> Li
 def cut_to(lists: Lists, cells: int, references: int) -> Lists:
     """Return lists without the room behind so many cells and references."""
     columns: dict[str, Any] = {
-        name: getattr(lists, name)[: references if name in ("references", "nearest") else cells]
-        for name in Lists._fields[1:]
+        name: getattr(lists, name)[: references if name in OF_REFERENCES else cells]
+        for name in (*OF_CELLS, *OF_REFERENCES)
     }
     return lists._replace(**{name: column.copy() for name, column in columns.items()})
 
 
 def with_room(lists: Lists, reason: int) -> Lists:
     """Return lists with twice the room for cells, or for references."""
-    names = Lists._fields[1:6] if reason == WANTS_CELLS else Lists._fields[6:]
+    names = OF_CELLS if reason == WANTS_CELLS else OF_REFERENCES
     grown: dict[str, Any] = {}
     for name in names:
         column = getattr(lists, name)
@@ -390,7 +447,7 @@ def joined_lists(parts: list[Lists]) -> Lists:
     others = np.cumsum([0] + [len(part.children) - roots for part in parts])
     listed = np.cumsum([0] + [len(part.references) for part in parts])
     columns: dict[str, Any] = {}
-    for name in Lists._fields[1:]:
+    for name in (*OF_CELLS, *OF_REFERENCES):
         values = [getattr(part, name) for part in parts]
         if name == "children":
             # Children come behind all roots.
@@ -401,17 +458,32 @@ def joined_lists(parts: list[Lists]) -> Lists:
             ]
         elif name in ("first", "last"):
             values = [each + n for each, n in zip(values, listed.tolist(), strict=False)]
-        if name not in ("references", "nearest"):
+        if name in OF_CELLS:
             values = [each[:roots] for each in values] + [each[roots:] for each in values]
         columns[name] = np.concatenate(values)
-    return Lists(size, **columns)
+    return Lists(size, 0, NOWHERE, **columns)
+
+
+def with_entries(lists: Lists, faces: int) -> Lists:
+    """Return lists that know where their faces are entered."""
+    entries = lists.size if lists.size > 1 else ENTRIES
+    number = np.arange(faces * entries * entries)
+    face, j, i = number // entries**2, number // entries % entries, number % entries
+    if lists.size > 1:
+        return lists._replace(entries=entries, entry=number.astype(np.int32))
+    cell, half = face, entries // 2
+    while half >= 1:
+        child = lists.children[cell] + (i & half > 0) + 2 * (j & half > 0)
+        cell = np.where(lists.children[cell] >= 0, child, cell)
+        half //= 2
+    return lists._replace(entries=entries, entry=cell.astype(np.int32))
 
 
 def no_lists() -> Lists:
     """Return lists without a cell: of what is not asked."""
     whole_numbers, lengths = np.zeros(0, np.int64), np.zeros(0)
     items = np.zeros(0, np.int32)
-    return Lists(1, items, whole_numbers, whole_numbers, items, lengths, items, lengths)
+    return Lists(1, 0, items, items, whole_numbers, whole_numbers, items, lengths, items, lengths)
 
 
 class Squares(NamedTuple):

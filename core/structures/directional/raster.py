@@ -38,7 +38,7 @@ from .insertion import (
     edge_of,
     footprints_of,
 )
-from .lists import NONE, Lists, step_along
+from .lists import NONE, NOWHERE, Lists, step_along, with_entries
 
 
 def drawn_lists(
@@ -62,7 +62,7 @@ def drawn_lists(
     counts, references, nearest = [], [], []
     for face in range(len(faces.origins)):
         progress.report(face, len(faces.origins), "Drawing items into cells")
-        footprints = footprints_of(insertion, face, progress)
+        footprints = footprints_of(insertion, face)
         drawn, depth = np.full((width, width), NONE, np.int64), np.full((width, width), np.inf)
         call(draw_items, footprints, faces, face, drawn, depth)
         cell, k = visible_in_cells(drawn, size, pixels, dilation)
@@ -72,11 +72,12 @@ def drawn_lists(
         nearest.append(footprints.rows[k, NEAREST])
     ends = np.cumsum(np.concatenate(counts))
     cells = len(ends)
-    return Lists(
-        size, np.full(cells, NONE, np.int32), ends - np.concatenate(counts), ends,
+    lists = Lists(
+        size, 0, NOWHERE, np.full(cells, NONE, np.int32), ends - np.concatenate(counts), ends,
         np.full(cells, NONE, np.int32), np.full(cells, np.inf), np.concatenate(references),
         np.concatenate(nearest),
     )  # fmt: skip
+    return with_entries(lists, len(faces.origins))
 
 
 def visible_in_cells(

@@ -25,6 +25,7 @@ from ...contract.statistics import Statistics
 from ...contract.structure import Structure
 from ...kernels import call, kernel, whole
 from ...progress import SILENT, Progress
+from ...ranges import ranges
 from ...scene import Scene
 from ...settings import setting
 from .faces import Faces
@@ -282,7 +283,7 @@ class Directional(Structure):
         row_of = np.full(len(insertion.items.boxes), NONE, np.int32)
         for face in range(len(faces.origins)):
             progress.report(face, len(faces.origins), f"Measuring {self.name}")
-            footprints = footprints_of(insertion, face, progress)
+            footprints = footprints_of(insertion, face)
             row_of[:] = NONE
             row_of[footprints.item] = np.arange(len(footprints.item))
             own = leaves[squares.face[leaves] == face]
@@ -299,12 +300,16 @@ class Directional(Structure):
         sizes = np.where(is_leaf, lists.last - lists.first, 0)
         if (sizes < 0).any() or lists.last.max(initial=0) > len(lists.references):
             return [*violations, "a list ends before it begins, or beyond all references"]
-        for cell in np.flatnonzero(sizes > 1).tolist():
-            part = slice(int(lists.first[cell]), int(lists.last[cell]))
-            if (np.diff(lists.nearest[part]) < 0.0).any():
-                violations.append(f"the list of cell {cell} is out of order")
-            if len(np.unique(lists.references[part])) != sizes[cell]:
-                violations.append(f"the list of cell {cell} has an item twice")
+        cell = np.repeat(np.arange(len(sizes)), sizes)
+        slot = ranges(lists.first[sizes > 0], sizes[sizes > 0])
+        falls = (np.diff(lists.nearest[slot]) < 0.0) & (np.diff(cell) == 0)
+        if falls.any():
+            violations.append(f"the list of cell {cell[:-1][falls][0]} is out of order")
+        item = lists.references[slot]
+        order = np.lexsort((item, cell))
+        is_twice = (np.diff(item[order]) == 0) & (np.diff(cell[order]) == 0)
+        if is_twice.any():
+            violations.append(f"the list of cell {cell[order][:-1][is_twice][0]} has an item twice")
         is_cut = np.isfinite(lists.far)
         if (is_cut != (lists.cover >= 0)).any():
             violations.append("a cell is cut off and not covered, or the other way round")

@@ -19,7 +19,7 @@ from ...contract.events import (
 from ...contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ...contract.walk import Found
 from ...geometry.rays import ALL, ANY
-from ...kernels import inner, whole
+from ...kernels import inlined, whole
 
 ASK_COVER, ASK_LAST, ASK_DRAWN, ASK_LISTED, ASK_ALL, FINISHED = range(6)
 """What is tested next: the item that covers the cell; the last occluder; what was drawn; what the
@@ -49,13 +49,13 @@ class Seen(NamedTuple):
     place: int | np.integer
 
 
-@inner
+@inlined
 def reached(seen, t):
     """Return how far away a ray is at t, at most."""
     return seen.start if seen.rate == 0.0 else seen.start + seen.rate * t
 
 
-@inner
+@inlined
 def walk_list(lists, drawn, last, geometry, seen, ray, number, workspace, log):
     """Test what a ray may hit, and stop as soon as nothing nearer can follow.
 
