@@ -5,6 +5,7 @@ by round (:mod:`timing`); quote ratios, not seconds. Every section is a file:
 
 - :mod:`speed`: the default hierarchy beside Embree, on real scenes and on Suzanne;
 - :mod:`structures`: our structures beside each other, slow peers, the teapot in a stadium;
+- :mod:`directional`: directional structures beside the hierarchy, with the rays they are for;
 - :mod:`hierarchies`: builders, optimisers, volumes and arities;
 - :mod:`quality`: cost of trees beside those of other programs;
 - :mod:`first_use`: compilation, and memory.
@@ -23,6 +24,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from directional import (
+    SCENES,
+    markdown_directional,
+    measure_directional,
+    report_directional,
+)
 from first_use import (
     FEW as FEW_STARTS,
 )
@@ -63,6 +70,8 @@ class Extent(NamedTuple):
         Random lines.
     speed, structures, slow, hierarchies, quality : sequence of str
         Meshes of these sections.
+    directional : sequence of str
+        Sample scenes of that section.
     sections : sequence of str
         Of the hierarchies.
     starts, memory : sequence of str
@@ -76,6 +85,7 @@ class Extent(NamedTuple):
     lines: int
     speed: tuple[str, ...]
     structures: tuple[str, ...]
+    directional: tuple[str, ...]
     slow: tuple[str, ...]
     hierarchies: tuple[str, ...]
     quality: tuple[str, ...]
@@ -87,12 +97,13 @@ class Extent(NamedTuple):
 
 
 USUAL = Extent(
-    5, 512, 200_000, WHOLE, FEW, ("sponza",), FEW, ("bunny", "sponza", "kitchen", "dragon 48k"),
+    5, 512, 200_000, WHOLE, FEW, SCENES, ("sponza",), FEW,
+    ("bunny", "sponza", "kitchen", "dragon 48k"),
     ("builders", "optimisers", "volumes"), FEW_STARTS, FEW_STARTS, 3, "suzanne:subdivisions=4",
 )  # fmt: skip
 
 QUICK_ONE = Extent(
-    3, 256, 50_000, QUICK, (), ("suzanne 16k",), (), (), (), ("bvh",), (), 1, ""
+    3, 256, 50_000, QUICK, (), (), ("suzanne 16k",), (), (), (), ("bvh",), (), 1, ""
 )  # fmt: skip
 
 ALL = USUAL._replace(
@@ -123,6 +134,9 @@ def measure(extent: Extent) -> dict:
         found["structures"] = measure_structures(list(extent.structures), *sizes)
         say("the stadium")
         found["stadium"] = measure_stadium(extent.rounds, extent.lines)
+    if extent.directional:
+        say("directional structures")
+        found["directional"] = measure_directional(extent.directional, extent.rounds, extent.side)
     if extent.sections:
         say("hierarchies")
         # As many rounds as need be: there are dozens of them.
@@ -166,6 +180,7 @@ def report(found: dict) -> str:
         "slow": lambda: report_slow_peers(found["slow"]),
         "structures": lambda: report_structures("structures", found["structures"], "bvh"),
         "stadium": lambda: report_structures("stadium", found["stadium"], "grid"),
+        "directional": lambda: report_directional(found["directional"]),
         "hierarchies": lambda: report_hierarchies(found["hierarchies"]),
         "quality": lambda: report_quality(found["quality"]),
         "memory": lambda: report_memory(found["memory"], found["memory_sample"]),
@@ -175,6 +190,7 @@ def report(found: dict) -> str:
         "speed": lambda: markdown_speed(found["speed"]),
         "slow": lambda: markdown_slow_peers(found["slow"]),
         "structures": lambda: markdown_structures(found["structures"]),
+        "directional": lambda: markdown_directional(found["directional"]),
         "hierarchies": lambda: markdown_hierarchies(found["hierarchies"]),
         "quality": lambda: markdown_quality(found["quality"]),
         "starts": lambda: markdown_first_use(found["starts"]),
