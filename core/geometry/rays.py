@@ -65,7 +65,7 @@ class Rays:
     masks : (n,) uint8
         It meets only instances whose masks have a bit in common with its own.
     pixels : (n,) int32
-        Index of the primary ray that it descends from.
+        Number of the pixel that it is for, row by row: that of the primary ray it descends from.
     """
 
     origins: np.ndarray

@@ -28,7 +28,7 @@ from .drawing import GREY, Lines, coloured, counted, faint, items_in, picture_of
 from .heat_map import camera_of, viridis
 from .lesson import Lesson, Play, Subject
 from .picture import Image, Mark, Picture, Row
-from .rays_of_picture import COLOURS, answers_all, legend, rays_of_picture
+from .rays_of_picture import COLOURS, legend, rays_of_picture
 
 DEPTH = 6
 
@@ -237,7 +237,6 @@ LESSONS = (
         source="scene.whitted.trees",
         sample="mount:size=3",
         structures=("bvh",),
-        suits=answers_all,
         Settings=Settings,
         play=play,
         film="threshold",

@@ -23,7 +23,7 @@ from .drawing import GREY, Lines, items_in, opaque, picture_of, some_of
 from .heat_map import camera_of, viridis
 from .lesson import Lesson, Play, Subject
 from .picture import Image, Picture, Row
-from .rays_of_picture import answers_all, rays_of_picture
+from .rays_of_picture import rays_of_picture
 
 WIDTH, DEPTH = 72, 4
 """Pixels in a row, and rows; how many rays may follow each other."""
@@ -146,7 +146,6 @@ LESSONS = (
         source="scene.whitted.film",
         sample="teapot:size=6",
         structures=("bvh",),
-        suits=answers_all,
         Settings=Settings,
         play=play,
         film="contrast",

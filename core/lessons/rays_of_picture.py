@@ -145,10 +145,3 @@ def legend(scene: Scene, texts: Sequence[tuple[str, Colour]]) -> list[Mark]:
         Mark(top - 0.07 * line * size * up, text, colour[:3], line)
         for line, (text, colour) in enumerate(texts)
     ]
-
-
-def answers_all(structure: Structure) -> str:
-    """Accept every structure that answers rays of all classes, see :attr:`.Lesson.suits`."""
-    if structure.answers is None:
-        return ""
-    return f"it answers {' and '.join(structure.answers)} rays only"

@@ -405,6 +405,10 @@ def test_a_scene_without_a_light_has_one_over_the_shoulder(build):
         ({"adaptive": True}, "adaptive needs samples of 2, 4, 8 or 16, not 1"),
         ({"adaptive": True, "samples": 3}, "adaptive needs samples of 2, 4, 8 or 16, not 3"),
         ({"width": 60000, "height": 60000}, "lower width, height or samples"),
+        (
+            {"width": 1000, "height": 700, "samples": 16, "adaptive": True},
+            "comparing with 256 samples of 700000 pixels .*; set compare=false",
+        ),
         ({"from_": (1.0, 0, 0), "at": (1.0, 0, 0)}, "rays whitted: 'from' and 'at' are the same"),
     ],
 )

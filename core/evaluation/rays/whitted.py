@@ -103,6 +103,12 @@ class WhittedWorkload(Workload):
             pixels * per_pixel, f"{where}: a picture of {pixels} pixels",
             "lower width, height or samples",
         )  # fmt: skip
+        if WhittedWorkload.unsparing(settings) is not None:
+            refuse_if_too_large(
+                pixels * places * BYTES_PER_RAY,
+                f"{where}: comparing with {places} samples of {pixels} pixels",
+                "set compare=false, or lower width, height or samples",
+            )
         refuse_no_view(settings)
 
     @staticmethod
