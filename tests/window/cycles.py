@@ -20,7 +20,7 @@ import bpy
 import gpu
 
 sys.path.insert(0, str(Path(__file__).parent))
-from guide import MODULE, install, note, part, results, running, sample, session
+from guide import MODULE, enable, install, note, part, results, running, sample, session
 from session import Steps
 
 CYCLES = 60
@@ -107,7 +107,7 @@ def day_of_use() -> Steps:
         if cycle % 3 == 0:
             bpy.ops.preferences.addon_disable(module=MODULE)
             yield 0.1
-            bpy.ops.preferences.addon_enable(module=MODULE)
+            enable()
         elif cycle % 3 == 1:
             bpy.ops.wm.read_homefile(use_empty=False)
             yield 1.0  # what is asked of a screen before it is drawn ends Blender

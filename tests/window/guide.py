@@ -148,6 +148,17 @@ def trace() -> Steps:
     yield lambda: running() is None and results().traced is not before
 
 
+def compile_nothing_ahead() -> None:
+    """Take no core from what is looked at; it would begin a little after the extension is on."""
+    bpy.context.preferences.addons[MODULE].preferences.compile_ahead = False
+
+
+def enable() -> None:
+    """Turn the extension on again; Blender has forgotten its preferences."""
+    bpy.ops.preferences.addon_enable(module=MODULE)
+    compile_nothing_ahead()
+
+
 def install() -> None:
     """Install the zip that the command line names into a Blender nobody has used before."""
     arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
@@ -157,8 +168,7 @@ def install() -> None:
         filepath=path, repo="user_default", enable_on_install=True
     )
     assert MODULE in bpy.context.preferences.addons, f"nothing was installed from {path}"
-    # It would take one of two cores from what is looked at here.
-    bpy.context.preferences.addons[MODULE].preferences.compile_ahead = False
+    compile_nothing_ahead()
     # Views change at once, so that a screenshot does not show the way there.
     bpy.context.preferences.view.smooth_view = 0
     # Blender catches the pointer while it drags, and takes where it is put for how far it moved.

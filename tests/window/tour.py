@@ -28,6 +28,7 @@ from guide import (
     build,
     changed,
     coloured,
+    enable,
     install,
     note,
     open_wide_tab,
@@ -466,7 +467,7 @@ def disable() -> Steps:
     hidden.unlink()
     assert not hasattr(bpy.types.Scene, "accelscope")
     assert session.region("UI").active_panel_category != "AccelScope"
-    bpy.ops.preferences.addon_enable(module=MODULE)
+    enable()
     yield from open_wide_tab()
     yield from build()
     over_viewport()
