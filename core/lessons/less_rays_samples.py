@@ -25,7 +25,7 @@ from .lesson import Lesson, Play, Subject
 from .picture import Image, Picture, Row
 from .rays_of_picture import rays_of_picture
 
-WIDTH, DEPTH = 72, 4
+WIDTH, DEPTH = 64, 4
 """Pixels in a row, and rows; how many rays may follow each other."""
 
 MOST_STARS = 4000
