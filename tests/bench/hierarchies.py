@@ -12,7 +12,10 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import tracemalloc
+from collections.abc import Callable
 
+from accelscope.core.contract.structure import Structure
 from accelscope.core.evaluation.rays.workloads import RandomLinesSettings, RandomLinesWorkload
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structure_named
@@ -73,6 +76,16 @@ SECTIONS: dict[str, list[str]] = {
 """What is compared; ratios are to the first of each section."""
 
 
+def peak_of(build: Callable[[], Structure]) -> int:
+    """Return the bytes at the peak of a build, those of the structure itself among them."""
+    tracemalloc.start()
+    try:
+        build()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
 def measure_section(scene: Scene, section: str, rounds: int, lines: int) -> list[dict]:
     """Measure all hierarchies of a section in turn."""
     rays = RandomLinesWorkload.make(scene, RandomLinesSettings(count=lines))
@@ -84,13 +97,14 @@ def measure_section(scene: Scene, section: str, rounds: int, lines: int) -> list
     )
     figured = in_turn({spec: timed(tree.statistics) for spec, (_, tree) in made.items()}, rounds)
     rows = []
-    for spec, (_, tree) in made.items():
+    for spec, (build, tree) in made.items():
         figures, (_, counters) = tree.statistics(), tree.trace(rays)
         rows.append(
             {"mesh": scene.name, "triangles": len(scene), "section": section, "spec": spec,
              "build": builds[spec], "trace": traces[spec], "statistics": figured[spec],
              "lines": lines, "sah": figures.sah,
-             "bytes_per_triangle": tree.memory() / len(scene), **counters.means()}
+             "bytes_per_triangle": tree.memory() / len(scene),
+             "peak_per_triangle": peak_of(build) / len(scene), **counters.means()}
         )  # fmt: skip
     return rows
 
@@ -145,7 +159,8 @@ def report_hierarchies(rows: list[dict]) -> list[str]:
         lines.append(f"hierarchies, {section}: {mesh}, {first['triangles']} triangles")
         lines.append(
             f"  {'':<64} {'build s':>8} {'x first':>8} {'SAH':>8} {'N_TS':>7} {'boxes':>7}"
-            f" {'Mlines/s':>8} {'x first':>8} {'B/tri':>6} {'million':>8} {'figures s':>9}"
+            f" {'Mlines/s':>8} {'x first':>8} {'B/tri':>6} {'peak':>6}"
+            f" {'million':>8} {'figures s':>9}"
         )
         for spec, row in found.items():
             rate = row["lines"] / spread(row["trace"]).median / 1e6
@@ -154,8 +169,8 @@ def report_hierarchies(rows: list[dict]) -> list[str]:
                 f" {ratios(row['build'], first['build']).median:>8.2f} {row['sah']:>8.3f}"
                 f" {row['N_TS']:>7.2f} {row['volume_tests']:>7.2f} {rate:>8.3f}"
                 f" {ratios(first['trace'], row['trace']).median:>8.2f}"
-                f" {row['bytes_per_triangle']:>6.0f} {million(row):>8.3f}"
-                f" {spread(row['statistics']).median:>9.3f}"
+                f" {row['bytes_per_triangle']:>6.0f} {row['peak_per_triangle']:>6.0f}"
+                f" {million(row):>8.3f} {spread(row['statistics']).median:>9.3f}"
             )
         if section == "optimisers":
             lines += prices(found)
@@ -196,16 +211,20 @@ def markdown_hierarchies(rows: list[dict]) -> list[str]:
         build, sah, trace = (
             mean_relative(there, section, figure) for figure in ("build", "sah", "trace")
         )
+        peaks: dict[str, float] = {}
+        for row in there:
+            peaks[row["spec"]] = max(peaks.get(row["spec"], 0.0), row["peak_per_triangle"])
         first = SECTIONS[section][0].partition(":")[2]
         lines += [
-            f"Relative to `{first}`, geometric means over {meshes_there}:",
+            f"Relative to `{first}`, geometric means over {meshes_there}; bytes a triangle at the "
+            "peak of the build, the largest of them:",
             "",
-            f"| {section} | build | SAH cost | random lines |",
-            "|---|---|---|---|",
+            f"| {section} | build | SAH cost | random lines | peak |",
+            "|---|---|---|---|---|",
         ]
         lines += [
             f"| `{spec.partition(':')[2]}` | {build[spec]:.2f} | {sah[spec]:.2f}"
-            f" | {1 / trace[spec]:.2f} |"
+            f" | {1 / trace[spec]:.2f} | {peaks[spec]:.0f} |"
             for spec in build
         ]
         lines.append("")

@@ -308,6 +308,13 @@ def test_what_a_bvh_announces_is_what_it_takes(monkeypatch, settings, leaf):
     assert most <= 1.25 * peak or leaf > 1 or "volume" in settings or "sbvh" in settings.values()
 
 
+def test_the_default_bvh_takes_at_most_300_bytes_a_triangle():
+    from accelscope.sample_scenes import make_sample
+
+    scene = make_sample("suzanne:subdivisions=2")
+    assert peak_of(lambda: built("bvh", scene)) <= 300 * len(scene)
+
+
 @pytest.mark.parametrize("name", ["camera", "random_lines"])
 def test_what_rays_announce_is_what_they_take(monkeypatch, name):
     from accelscope.core.evaluation.rays.workloads import workloads
