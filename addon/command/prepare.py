@@ -109,24 +109,32 @@ def work_together(arguments: argparse.Namespace, steps: Sequence[Part]) -> int:
     progress, numbers, lock = progress_of(arguments), iter(range(len(steps))), threading.Lock()
     workers: list[Worker] = []
 
+    def begin_worker() -> Worker:
+        worker = Worker(worker_command())
+        workers.append(worker)
+        return worker
+
+    def begin_part() -> int | None:
+        with lock:
+            number = next(numbers, None)
+            if number is not None:
+                announce(arguments, steps, number)
+            return number
+
     def work_off() -> int:
-        failed, what = 0, ""
-        while True:
-            worker = Worker(worker_command())
-            workers.append(worker)
-            try:
-                while worker.is_running:
-                    with lock:
-                        number = next(numbers, None)
-                        if number is None:
-                            return failed
-                        what = steps[number][0]
-                        announce(arguments, steps, number)
-                    failed += not worker.do(number)
-                if not is_stopped:
-                    complain(f"{what}: its process has ended by itself")
-            finally:
-                worker.stop()
+        failed, worker = 0, begin_worker()
+        try:
+            while (number := begin_part()) is not None:
+                if worker.do(number):
+                    continue
+                failed += 1
+                if not worker.is_running and not is_stopped:
+                    complain(f"{steps[number][0]}: its process has ended by itself")
+                    worker.stop()
+                    worker = begin_worker()
+        finally:
+            worker.stop()
+        return failed
 
     is_stopped = False
     with ThreadPoolExecutor(arguments.processes) as pool:
