@@ -37,7 +37,7 @@ def refuse_other_classes(name: str, answers: tuple[str, ...] | None, rays: Rays)
         if is_there and asked not in answers:
             raise InputError(
                 f"{name} answers {' and '.join(answers)} rays only, not {asked} ones; choose other "
-                "rays or another structure"
+                "rays or another structure, such as routed, which has one for each class of rays"
             )
 
 

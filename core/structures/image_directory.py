@@ -14,6 +14,7 @@ A ray that does not start in the camera, or leaves the picture, is tested agains
 from __future__ import annotations
 
 import dataclasses
+import functools
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -40,6 +41,9 @@ CERTAIN = Figure(
     "empty, or one item covers them before all others", "Certain pixels", section="Lists",
     column="certain",
 )  # fmt: skip
+
+UNCERTAIN = -2
+"""In the place of an item: the list of the cell has to be searched."""
 
 
 @dataclass(frozen=True)
@@ -187,22 +191,37 @@ class ImageDirectory(Directional):
         )
         return 0.25 * float(distance) or self.scene.diagonal
 
+    @functools.cached_property
+    def certain_items(self) -> np.ndarray:
+        """What all rays of a cell hit for certain, (n,) int64: a place in the geometry.
+
+        NONE where all of them miss; UNCERTAIN where a list has to be searched, and for what is no
+        leaf.
+        """
+        lists = self.lists
+        is_leaf = lists.children < 0
+        certain = np.full(len(is_leaf), UNCERTAIN)
+        certain[is_leaf & (lists.first == lists.last)] = NONE
+        filled = np.flatnonzero(is_leaf & (lists.first < lists.last))
+        first, second = lists.first[filled], lists.first[filled] + 1
+        following = np.full(len(filled), np.inf)
+        has_second = second < lists.last[filled]
+        following[has_second] = lists.nearest[second[has_second]]
+        # Before the item that covers a cell there must be no other, wherever in the cell.
+        is_one = (lists.references[first] == lists.cover[filled]) & (following > lists.far[filled])
+        certain[filled[is_one]] = lists.cover[filled[is_one]]
+        return certain
+
+    @property
+    def certain_share(self) -> float:
+        """The share of the picture in whose cells nothing has to be searched for."""
+        return float(self.weights[self.certain_items != UNCERTAIN].sum())
+
     def statistics(self, progress: Progress = SILENT) -> Statistics:
         """Return the figures of all cells together, and what of the picture is certain."""
-        statistics, lists = super().statistics(progress), self.lists
-        is_leaf = lists.children < 0
-        is_empty = is_leaf & (lists.first == lists.last)
-        second = np.full(len(is_leaf), np.inf)
-        listed = np.where(is_leaf, lists.last - lists.first, 0)
-        first = lists.references[np.minimum(lists.first, max(len(lists.references) - 1, 0))]
-        # Before the item that covers a cell there must be no other, wherever in the cell.
-        is_alone = (listed == 1) & (first == lists.cover) if len(lists.references) else is_empty
-        second[listed > 1] = lists.nearest[lists.first[listed > 1] + 1]
-        is_first = (listed > 1) & (first == lists.cover) & (second > lists.far)
-        certain = float(self.weights[is_empty | is_alone | is_first].sum())
-        return dataclasses.replace(
-            statistics, extra={**statistics.extra, "certain_share": certain}
-        )  # fmt: skip
+        statistics = super().statistics(progress)
+        extra = {**statistics.extra, CERTAIN.key: self.certain_share}
+        return dataclasses.replace(statistics, extra=extra)
 
 
 def camera_for(scene: Scene, settings: ImageDirectorySettings) -> Camera:

@@ -12,11 +12,11 @@ from ...errors import InputError
 from ...geometry.rays import Rays
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
-from ...scene import ORTHOGRAPHIC, Camera, Scene
+from ...scene import LIGHT_KINDS, ORTHOGRAPHIC, Camera, Scene
 from ...scene.camera_rays import camera_rays, framing_camera
+from ...scene.shadow_rays import shadow_rays
 from ...settings import setting
 from .ray_files import BYTES_PER_RAY
-from .shadow_rays import refuse_darkness, shadow_rays
 from .workload import Generations, Workload, ray_order
 
 
@@ -123,6 +123,16 @@ class CameraWorkload(Workload):
     def used(scene: Scene, settings: CameraSettings) -> dict[str, Any]:
         """Return the camera, and where it comes from."""
         return {"camera": camera_used(scene, settings)}
+
+
+def refuse_darkness(scene: Scene) -> None:
+    """Raise InputError if a scene has no light: there are no shadow rays then."""
+    if not scene.lights:
+        raise InputError(
+            f"{scene.name} has no light, so there are no shadow rays; add a light "
+            f"({', '.join(LIGHT_KINDS)}), or leave the shadow rays out",
+            scene.name,
+        )
 
 
 def refuse_no_view(settings: ViewSettings) -> None:

@@ -4,26 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...contract.structure import Hits
-from ...errors import InputError
-from ...geometry.rays import ANY, Rays
-from ...scene import LIGHT_KINDS, Scene
-from ...scene.camera_rays import SHADOW
-from ...scene.light_ways import ways_to_lights
-from ...scene.surfaces import surfaces_hit
+from ..geometry.rays import ANY, Rays
+from . import Scene
+from .camera_rays import SHADOW
+from .light_ways import ways_to_lights
+from .surfaces import Found, surfaces_hit
 
 
-def refuse_darkness(scene: Scene) -> None:
-    """Raise InputError if a scene has no light: there are no shadow rays then."""
-    if not scene.lights:
-        raise InputError(
-            f"{scene.name} has no light, so there are no shadow rays; add a light "
-            f"({', '.join(LIGHT_KINDS)}), or leave the shadow rays out",
-            scene.name,
-        )
-
-
-def shadow_rays(scene: Scene, primary: Rays, hits: Hits) -> Rays | None:
+def shadow_rays(scene: Scene, primary: Rays, hits: Found) -> Rays | None:
     """Return the shadow rays of primary rays; None if there are none.
 
     From every hit one ray goes to each light that is on the viewer's side of the face and shines
