@@ -19,6 +19,9 @@ from accelscope.sample_scenes import make_sample
 
 PRIMARY, SHADOW, REFLECTED, REFRACTED = range(4)
 MIRROR = Material("mirror", (1.0, 1.0, 1.0), diffuse=0.0, specular=1.0)
+ROUTED = "routed:primary=image_directory,shadow=light_buffer,other=bvh"
+"""The lecture's table: every class of rays has a structure made for it."""
+
 BRIGHT = {"threshold": 1e-9, "compare": False}
 """What is glass, and reflects nothing, has reflected rays by the rules; they are not sent."""
 MATT = Material("matt", (1.0, 0.5, 0.25))
@@ -39,8 +42,9 @@ def scene_of(items, materials, eye=(0.0, -5.0, 0.0), at=(0.0, 0.0, 0.0), lights=
 
 
 def traced(build, scene, structure="bvh", threads=0, **settings):
+    name, _, text = structure.partition(":")
     settings = WhittedSettings(**{"width": 32, "height": 32, **settings})
-    return trace(Built(build(structure, scene), 0.0), WhittedWorkload, settings, threads)
+    return trace(Built(build(name, scene, text), 0.0), WhittedWorkload, settings, threads)
 
 
 def of_class(result, number):
@@ -260,7 +264,7 @@ def test_rays_hits_and_picture_are_the_same_for_all_structures_and_threads(build
     settings = {"samples": 4, "adaptive": True, "compare": False, "width": 20, "height": 20}
     first = traced(build, scene, "naive", 1, **settings)
     others = [traced(build, scene, "bvh", threads, **settings) for threads in (1, 2, 8)]
-    others += [traced(build, scene, "kdtree", 2, **settings)]
+    others += [traced(build, scene, structure, 2, **settings) for structure in ("kdtree", ROUTED)]
     for other in others:
         for field in dataclasses.fields(Rays):
             assert np.array_equal(getattr(first.rays, field.name), getattr(other.rays, field.name))
