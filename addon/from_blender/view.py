@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import bpy
 
-from ...core.scene import Camera, Scene
+from ...core.scene import Camera, Light, Scene
 from ...core.scene.material import MATT, display_of
 from .cameras import camera_of
 from .lights import Lamps, lamps_of
@@ -37,6 +37,11 @@ class View(NamedTuple):
             camera_of(context), clipping, lamps_of(context), [*missing_data(), *not_run()],
             materials_of(context), background_of(context),
         )  # fmt: skip
+
+    @property
+    def lights(self) -> tuple[Light, ...]:
+        """The lights."""
+        return self.lamps.lights
 
     def onto(self, shape: Scene) -> Scene:
         """Return triangles, of which their own notes are kept, with all that, and its notes.

@@ -206,14 +206,13 @@ class Session:
 
     def _other_view(self, context: bpy.types.Context) -> str:
         """Return which of the structure's needs beside triangles has changed; "" if none has."""
-        from ...core.contract.needs import GEOMETRY, moved
+        from ...core.contract.needs import moved
 
         assert self.built is not None
-        assert self.snapshot is not None
         structure = self.built.structure
-        if structure.needs == {GEOMETRY}:
+        if not self.needs_view:
             return ""
-        return moved(structure.needs, structure.scene, View.of(context).onto(self.snapshot.shape))
+        return moved(structure.needs, structure.scene, View.of(context))
 
     def _other_settings(self, context: bpy.types.Context) -> str:
         """Return in which way the settings are not those that were built with; "" if they are."""
@@ -233,6 +232,18 @@ class Session:
             return f"{self.built.structure.label} was built"
         return "" if settings == self.built.structure.settings else "the settings were changed"
 
+    @property
+    def needs_view(self) -> bool:
+        """Whether the structure was built from lights or a camera, which may be moved."""
+        from ...core.contract.needs import GEOMETRY
+
+        return self.built is not None and self.built.structure.needs != {GEOMETRY}
+
+    def look_at_view(self, context: bpy.types.Context) -> bool:
+        """Compare lights and camera with those that were built from; say whether that is news."""
+        before, self.other_view = self.other_view, self._other_view(context)
+        return self.other_view != before
+
     def what_was_built(self) -> tuple[str, list[tuple[str, str]]]:
         """Return the name of the structure, and its settings that are not the defaults, in words.
 
@@ -250,14 +261,22 @@ class Session:
 
     def headline(self) -> str:
         """Say in one line what the build came to; "" before the first."""
+        from ...core.contract.figures import look_up
         from ...core.evaluation.records.report import show_number, show_seconds
 
         if self.built is None or self.record is None or self.drawable is None:
             return ""
-        sah = show_number(self.record["statistics"]["sah"])
-        n_cells = show_integer(len(self.drawable.cells))
-        seconds = show_seconds(self.built.seconds)
-        return f"{self.built.structure.label}: SAH {sah}, {n_cells} cells, {seconds}"
+        # What tables compare structures by, first of all: the SAH cost of those that have one.
+        values = self.record["statistics"]
+        telling = [
+            f"{figure.column} {show_number(value)}"
+            for figure in self.built.structure.FIGURES
+            if figure.column and figure.unit != "count"
+            and (value := look_up(values, figure.path)) is not None
+        ]  # fmt: skip
+        n_cells = f"{show_integer(len(self.drawable.cells))} cells"
+        parts = [*telling[:1], n_cells, show_seconds(self.built.seconds)]
+        return f"{self.built.structure.label}: {', '.join(parts)}"
 
     def is_stale(self, context: bpy.types.Context) -> bool:
         """Say whether what was built is known not to be that of the scene any more.
@@ -312,9 +331,45 @@ def _after_load(*_: Any) -> None:
     jobs.forget_refusal()
 
 
+@persistent
+def _after_update(scene: bpy.types.Scene, *_: Any) -> None:
+    """Compare lights and camera soon: when they are moved, what was built from them is stale."""
+    if not bpy.app.background and current.is_of(scene.original) and current.needs_view:
+        look_soon()
+
+
+@persistent
+def _after_undo(*_: Any) -> None:
+    if not bpy.app.background and current.needs_view:
+        look_soon()
+
+
+def look_soon() -> None:
+    """Compare lights and camera once Blender has time; several updates are looked at once."""
+    if not bpy.app.timers.is_registered(_look):
+        bpy.app.timers.register(_look, first_interval=watching.DELAY)
+
+
+def _look() -> float | None:
+    """Compare lights and camera with those built from, in a window that shows their scene."""
+    if jobs.running() or watching.is_playing():
+        return watching.DELAY
+    for window in bpy.context.window_manager.windows:
+        if current.is_of(window.scene):
+            with watching.in_window(window):
+                if current.look_at_view(bpy.context):
+                    overlay.tag_redraw()
+            break
+    return None
+
+
 HANDLERS = (
     ("load_pre", _before_load),
     ("load_post", _after_load),
+    ("depsgraph_update_post", _after_update),
+    ("frame_change_post", _after_update),
+    ("undo_post", _after_undo),
+    ("redo_post", _after_undo),
 )
 
 
@@ -326,5 +381,7 @@ def register() -> None:
 
 def unregister() -> None:
     """Stop listening and drop all results."""
+    if bpy.app.timers.is_registered(_look):
+        bpy.app.timers.unregister(_look)
     handlers.stop_listening(HANDLERS)
     current.clear()

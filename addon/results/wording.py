@@ -92,7 +92,7 @@ def _worded(text: str) -> str:
     text = re.sub(rf"^(?:{KINDS}) (\w+):", _entry_before_colon, text)
     text = re.sub(r"(?<![\w/.])(\w+)=([\w.-]+)", _setting_and_value, text)
     text = re.sub(r"(?<![\w-])--(\w+) (\w+)", _setting_and_value, text)
-    text = re.sub(r"'(\w+)'", _quoted_setting, text)
+    text = re.sub(r"'(\w+)'", _quoted_key, text)
     return re.sub(r"(?<![\w/.'])\w+(?![\w/'])(?!\.\w)", _word, text)
 
 
@@ -119,9 +119,10 @@ def _setting_and_value(match: re.Match[str]) -> str:
     return f"{names().settings[key]} {names().choices.get(value, value)}"
 
 
-def _quoted_setting(match: re.Match[str]) -> str:
-    """``'up'`` is ``Up``."""
-    return names().settings.get(match[1], match[0])
+def _quoted_key(match: re.Match[str]) -> str:
+    """``'up'`` is ``Up``, as ``'routed'`` is ``Routed``."""
+    known = names()
+    return known.settings.get(match[1], known.entries.get(match[1], match[0]))
 
 
 def _word(match: re.Match[str]) -> str:

@@ -6,14 +6,14 @@ be built from the lights, and answer shadow rays alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..errors import InputError
 from ..geometry.rays import Rays
-from ..scene import Camera, Light, Scene
+from ..scene import Camera, Light
 
 GEOMETRY, LIGHTS, CAMERA, TIME = "geometry", "lights", "camera", "time"
 """What a structure may be built from."""
@@ -37,12 +37,26 @@ def refuse_other_classes(name: str, answers: tuple[str, ...] | None, rays: Rays)
         if is_there and asked not in answers:
             raise InputError(
                 f"{name} answers {' and '.join(answers)} rays only, not {asked} ones; choose other "
-                "rays or another structure, such as routed, which has one for each class of rays"
+                "rays, or the structure 'routed', which has one for each class"
             )
 
 
-def moved(needs: frozenset[str], before: Scene, now: Scene) -> str:
+class Seen(Protocol):
+    """What has a camera and lights: a scene, or what is known of one before its triangles are."""
+
+    @property
+    def camera(self) -> Camera | None:
+        """Its camera, if it has one."""
+
+    @property
+    def lights(self) -> Sequence[Light]:
+        """Its lights."""
+
+
+def moved(needs: frozenset[str], before: Seen, now: Seen) -> str:
     """Say what of its needs, beside triangles, is not as it was when a structure was built.
+
+    What lights and cameras are called does not matter.
 
     Returns
     -------
@@ -58,4 +72,5 @@ def moved(needs: frozenset[str], before: Scene, now: Scene) -> str:
 
 def _in_words(parts: Iterable[Camera | Light | None]) -> list[Any]:
     """Return what can be compared."""
-    return [None if part is None else part.to_json() for part in parts]
+    words = [{} if part is None else part.to_json() for part in parts]
+    return [{key: value for key, value in each.items() if key != "name"} for each in words]

@@ -21,6 +21,7 @@ from ..errors import InputError
 from ..geometry.rays import Rays
 from ..progress import SILENT, Progress
 from ..scene import Scene
+from ..scene.camera_rays import PRIMARY
 from ..settings import parse, parse_spec
 from ..structures import structure_named
 from .moment import Moment
@@ -113,8 +114,10 @@ class Play(abc.ABC):
 
 
 def any_structure(structure: Structure) -> str:
-    """Accept every structure, see :attr:`Lesson.suits`."""
-    return ""
+    """Accept every structure that answers the rays of a picture, see :attr:`Lesson.suits`."""
+    if structure.answers is None or PRIMARY in structure.answers:
+        return ""
+    return f"{structure.name} answers {' and '.join(structure.answers)} rays only"
 
 
 def only_its_own(structure: Structure) -> str:

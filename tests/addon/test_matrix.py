@@ -15,7 +15,8 @@ from typing import Any
 import pytest
 from accelscope import operators
 from accelscope.core.lessons import lessons
-from accelscope.core.structures import general_structures
+from accelscope.core.scene.camera_rays import PRIMARY
+from accelscope.core.structures import general_structures, structures
 from accelscope.core.structures.bvh import BVH
 
 CHOICES = {field.name: field.metadata["choices"] for field in dataclasses.fields(BVH.Settings)}
@@ -30,7 +31,15 @@ REST = [each for each in EVERYTHING if each not in REPRESENTATIVE]
 
 
 class Bench:
-    """A grid that is bent by a keyframed modifier, and everything one can do with it."""
+    """A grid that is bent by a keyframed modifier, and everything one can do with it.
+
+    Attributes
+    ----------
+    count : int
+        Rays that are traced.
+    """
+
+    count = 50
 
     def __init__(self, bpy: Any, folder: Path) -> None:
         from accelscope.addon.results import session
@@ -47,7 +56,7 @@ class Bench:
         bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 3
         bpy.context.scene.frame_set(1)
         self.root.workload = "random_lines"
-        self.root.workloads.random_lines.count = 50
+        self.root.workloads.random_lines.count = self.count
 
     def status(self) -> str:
         return self.current.status(self.bpy.context).text
@@ -75,7 +84,7 @@ class Bench:
 
     def trace(self) -> None:
         self.do("trace")
-        assert self.current.record["rays"]["count"] == 50
+        assert self.current.record["rays"]["count"] == self.count
 
     def step_ray(self) -> None:
         from accelscope.addon.results import lesson_view
@@ -160,6 +169,39 @@ class Bench:
         assert self.status() == "Up to date"
 
 
+class SeenBench(Bench):
+    """The same before a camera and below a lamp, from which structures are built and rays sent."""
+
+    count = 24 * 18
+
+    def __init__(self, bpy: Any, folder: Path) -> None:
+        super().__init__(bpy, folder)
+        bpy.ops.object.light_add(type="POINT", location=(1.0, -1.0, 4.0))
+        bpy.ops.object.camera_add(location=(0.0, -7.0, 5.0), rotation=(0.95, 0.0, 0.0))
+        bpy.context.scene.camera = bpy.context.object
+        bpy.context.view_layer.objects.active = self.grid
+        for obj in bpy.context.selected_objects:
+            obj.select_set(obj == self.grid)
+        self.root.workload = "camera"
+        camera = self.root.workloads.camera
+        camera.width, camera.height = 24, 18
+
+    def trace(self) -> None:
+        self.do("trace")
+        rays = self.current.record["rays"]
+        shadows = rays["classes"].get("shadow", 0)
+        assert rays["count"] == self.count + shadows
+        assert (shadows > 0) == self.root.workloads.camera.shadows
+
+    def trace_in_vain(self) -> None:
+        """Trace what there are no answers for: one line says what to do, and nothing is lost."""
+        with pytest.raises(RuntimeError, match=r"rays only, not primary ones; .* structure Routed"):
+            self.bpy.ops.accelscope.trace()
+        assert self.current.traced is None
+        assert not self.bpy.ops.accelscope.step_ray.poll()
+        assert self.status() == "Up to date"
+
+
 QUICK = "levels", "ray"
 """Lessons about any hierarchy, and about any structure: the others are tried in tests/core."""
 
@@ -223,9 +265,42 @@ def test_every_structure(bench: Bench, name: str) -> None:
     check_all_verbs(bench)
 
 
+DIRECTIONAL = {name: each for name, each in structures().items() if each.answers is not None}
+
+
+@pytest.mark.parametrize("name", DIRECTIONAL)
+def test_every_directional_structure(bpy: Any, tmp_path: Path, name: str) -> None:
+    """By itself with the rays of a camera, if it answers those."""
+    bench = SeenBench(bpy, tmp_path)
+    bench.root.structure = name
+    answers_camera = PRIMARY in (DIRECTIONAL[name].answers or ())
+    for verb in VERBS:
+        if answers_camera or verb not in (Bench.trace, Bench.step_ray):
+            getattr(bench, verb.__name__)()
+        else:
+            bench.trace_in_vain()
+        assert bench.is_whole(), verb.__name__
+
+
+@pytest.mark.parametrize("name", DIRECTIONAL)
+def test_every_directional_structure_on_its_route(bpy: Any, tmp_path: Path, name: str) -> None:
+    bench = SeenBench(bpy, tmp_path)
+    bench.root.structure, bench.root.workloads.camera.shadows = "routed", True
+    for kind in DIRECTIONAL[name].answers or ():
+        setattr(bench.root.structures.routed, kind, name)
+    for verb in VERBS:
+        getattr(bench, verb.__name__)()
+        assert bench.is_whole(), verb.__name__
+        if verb is Bench.trace:
+            shares = bench.current.record["trace"]["routes"]
+            answered = {kind: shares[kind]["structure"] for kind in DIRECTIONAL[name].answers or ()}
+            assert set(answered.values()) == {name}
+
+
 def test_the_matrix_does_not_shrink() -> None:
     assert len(BUILDERS) >= 13
     assert len(OPTIMISERS) >= 6
+    assert set(DIRECTIONAL) >= {"light_buffer", "image_directory"}
     assert len(EVERYTHING) == len(set(EVERYTHING)) >= 78
     assert sorted(REPRESENTATIVE + REST) == sorted(EVERYTHING)
     assert {builder for builder, _ in REPRESENTATIVE} == set(BUILDERS)
