@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from typing import NoReturn
 
+from ...core.contract.ray_order import SORTED
 from ...core.errors import InputError
 from ...core.kernels import cache_directory, has_numba
 from ...core.parallel import core_count
@@ -40,7 +41,8 @@ SAMPLE = "tetra:size=3"
 
 
 WORKLOADS = (
-    ("camera", {"width": 8, "height": 8, "shadows": True}), ("random_lines", {"count": 64}),
+    ("camera", {"width": 8, "height": 8, "shadows": True}),
+    ("random_lines", {"count": 64, "order": SORTED}),  # as large batches over large scenes are
 )  # fmt: skip
 
 DONE = "prepared"

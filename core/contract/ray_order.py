@@ -136,6 +136,13 @@ def are_out_of_order(rays: RayArrays, box: np.ndarray) -> bool:
     return bool((codes[::2] != codes[1::2]).mean() > 0.5)
 
 
+def may_be_sorted(items: int, choice: str) -> bool:
+    """Say whether there may be batches that are sorted, over so many items."""
+    if is_plain() or not has_numba():
+        return False
+    return choice == SORTED or (choice == AUTOMATIC and items >= LARGE_SCENE)
+
+
 def order_of(
     rays: RayArrays, box: np.ndarray, items: int, choice: str, threads: int, progress: Progress
 ) -> np.ndarray | None:
@@ -158,12 +165,10 @@ def order_of(
         From `progress`.
     """
     count = len(rays.t_max)
-    if choice == AS_GIVEN or is_plain() or not has_numba():
+    if not may_be_sorted(items, choice):
         return None
-    if choice == AUTOMATIC:
-        is_large = count >= LARGE and items >= LARGE_SCENE
-        if not is_large or not are_out_of_order(rays, box):
-            return None
+    if choice == AUTOMATIC and (count < LARGE or not are_out_of_order(rays, box)):
+        return None
     codes, order = np.empty(count, np.int32), np.empty(count, np.int32)
 
     def encode(first: int, last: int) -> None:

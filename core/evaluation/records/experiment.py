@@ -23,7 +23,7 @@ import numpy as np
 
 from ...contract.counters import Counts
 from ...contract.figures import of_keys
-from ...contract.ray_order import SORTED
+from ...contract.ray_order import SORTED, may_be_sorted, order_of
 from ...contract.structure import Hits, Made, Structure
 from ...errors import InputError
 from ...geometry.instances import Instanced, instanced, levels_of_mesh, primitives_in, stored_in
@@ -140,7 +140,15 @@ def warm_up(
     refusing = contextlib.nullcontext() if is_triangles(tiny) else contextlib.suppress(InputError)
     with announcing(progress, structure_type.name), refusing:
         structure = structure_type.build(tiny, structure_type.Settings(**choices))
-        structure.trace(rays, ALL, threads=1, ray_order=SORTED)
+        structure.trace(rays, ALL, threads=1)
+
+
+def warm_up_order(rays: Rays, items: int, choice: str, progress: Progress) -> None:
+    """Compile the kernels that sort rays, or load them, if there may be something to sort."""
+    if may_be_sorted(items, choice):
+        with announcing(progress, "the sorting of rays"):
+            box = np.concatenate([np.zeros(3), np.ones(3)])
+            order_of(rays.select(np.arange(1)).arrays(), box, items, SORTED, 1, SILENT)
 
 
 def is_triangles(scene: Scene) -> bool:
@@ -203,6 +211,7 @@ def trace_rays(
     rays : Rays
         The first generation, which may serve several structures.
     """
+    warm_up_order(rays, len(built.structure.scene), settings.order, progress)
     structure, before = built.structure, built.structure.made()
     batches: list[Rays] = []
     hits: list[Hits] = []
