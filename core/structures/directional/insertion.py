@@ -22,10 +22,8 @@ import numpy as np
 
 from ...kernels import call, inner, kernel, whole
 from ...ranges import ranges
-from .faces import BEYOND, Faces, in_face, out_of_face
+from .faces import BEYOND, Faces, out_of_face
 from .items import Items
-
-NOWHERE = -1
 
 CONE, BOX, EXACT = range(3)
 """How items are inserted."""
@@ -33,7 +31,7 @@ CONE, BOX, EXACT = range(3)
 EVERYWHERE, RECTANGLE, BALL, OUTLINE = range(4)
 """What is known of an item in a face."""
 
-NEAREST, U0, V0, U1, V1, MARGIN_OF, X, Y, Z, ANGLE, NX, NY, NZ, HEIGHT, N_COLUMNS = range(15)
+NEAREST, X, Y, Z, ANGLE, U0, V0, U1, V1, MARGIN_OF, NX, NY, NZ, HEIGHT, N_COLUMNS = range(15)
 """Columns of what is known of it, see :class:`Footprints`."""
 
 NEAR = 1024.0
@@ -45,9 +43,13 @@ SIDES = 5
 MARGIN = 1e-12
 """Of u and v: what is rounded in finding a ray's place."""
 
-BOX_SIDES = np.array([[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2],
-                      [4, 5, 7, 6]])  # fmt: skip
-"""Corners of the sides of a box; bit k of a corner says on which side it is along axis k."""
+BOX_SIDES = np.array(
+    [[[3 * (bits >> axis & 1) + axis for axis in range(3)] for bits in side]
+     for side in ([0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2],
+                  [4, 5, 7, 6])]
+)  # fmt: skip
+"""Which of a box's six numbers the corners of its sides have; bit k of a corner says on which side
+it is along axis k."""
 
 
 class Insertion(NamedTuple):
@@ -81,9 +83,9 @@ class Footprints(NamedTuple):
     kind : (n,) uint8
         EVERYWHERE, RECTANGLE, BALL or OUTLINE.
     rows : (n, N_COLUMNS) float64
-        How far away the item is at least (NEAREST); the rectangle around it (U0 to V1); how far
-        beyond its outline it may be (MARGIN_OF); where the cone around its ball goes, and half the
-        angle of that (X to ANGLE); the plane that a flat item lies in, from the face's origin: a
+        How far away the item is at least (NEAREST); where the cone around its ball goes, and half
+        the angle of that (X to ANGLE); the rectangle around it (U0 to V1); how far beyond its
+        outline it may be (MARGIN_OF); the plane that a flat item lies in, from the face's origin: a
         normal, and that times any of its points (NX to HEIGHT).
     first : (n + 1,) int64
         Item k has the outline ``outline[first[k]:first[k + 1]]``, if it has one.
@@ -96,19 +98,6 @@ class Footprints(NamedTuple):
     rows: np.ndarray
     first: np.ndarray
     outline: np.ndarray
-
-
-class Scratch(NamedTuple):
-    """Scratch memory of one thread: a polygon before and behind each plane that clips it.
-
-    Attributes
-    ----------
-    before, after : (k, 3) float64
-        In coordinates of the face.
-    """
-
-    before: np.ndarray
-    after: np.ndarray
 
 
 @inner
@@ -126,23 +115,22 @@ def side_of(side, nearest, a, b, c):
 
 
 @inner
-def clip_to_face(scratch, count, nearest):
-    """Clip the polygon in ``scratch.before`` to what a face sees; return its number of corners.
+def clip_to_face(before, after, count, nearest):
+    """Clip a polygon, in `before`, to what a face sees; return its number of corners.
 
     I. Sutherland, G. Hodgman: Reentrant Polygon Clipping, CACM 17(1), 1974.
     """
-    before, after = scratch.before, scratch.after
     for side in range(SIDES):
         kept = 0
         for i in range(count):
             j = i + 1 if i + 1 < count else 0
             here = side_of(side, nearest, before[i, 0], before[i, 1], before[i, 2])
             there = side_of(side, nearest, before[j, 0], before[j, 1], before[j, 2])
-            if here >= 0.0 and kept < len(after):
+            if here >= 0.0:
                 for axis in range(3):
                     after[kept, axis] = before[i, axis]
                 kept += 1
-            if (here >= 0.0) != (there >= 0.0) and kept < len(after):
+            if (here >= 0.0) != (there >= 0.0):
                 share = here / (here - there)
                 for axis in range(3):
                     after[kept, axis] = before[i, axis] + share * (
@@ -156,242 +144,200 @@ def clip_to_face(scratch, count, nearest):
     return count
 
 
-@inner
-def distance_to_box(boxes, i, x, y, z):
-    """Return the distance of a point to a box."""
-    dx = max(max(boxes[i, 0] - x, x - boxes[i, 3]), 0.0)
-    dy = max(max(boxes[i, 1] - y, y - boxes[i, 4]), 0.0)
-    dz = max(max(boxes[i, 2] - z, z - boxes[i, 5]), 0.0)
-    return np.sqrt(dx * dx + dy * dy + dz * dz)
-
-
-@inner
-def nearest_of(insertion, face, i):
-    """Return the least distance of an item from a face's origin; along parallel rays, its depth."""
-    faces, boxes, slack = insertion.faces, insertion.items.boxes, insertion.slack
-    o = faces.origins[face]
-    if faces.is_parallel[face]:
-        w = faces.axes[face, 2]
-        depth = 0.0
-        for axis in range(3):
-            depth += w[axis] * (boxes[i, axis if w[axis] > 0.0 else 3 + axis] - o[axis])
-        return depth - slack
-    return distance_to_box(boxes, i, o[0], o[1], o[2]) - slack
-
-
-@inner
-def is_at_origin(insertion, face, i):
-    """Say whether an item may be so near a face's origin that it has no place in it.
-
-    Of a triangle that is inserted exactly not only the box is asked.
-    """
-    items, faces = insertion.items, insertion.faces
-    o, near = faces.origins[face], NEAR * insertion.slack
-    if distance_to_box(items.boxes, i, o[0], o[1], o[2]) > near:
-        return False
-    if items.first[i] == items.first[i + 1] or insertion.how != EXACT:
-        return True
-    return distance_to_hull(items, i, o[0], o[1], o[2]) <= 2.0 * near
-
-
-@inner
-def distance_to_hull(items, i, x, y, z):
-    """Return the distance of a point to a triangle; of other outlines, 0.
-
-    To its plane, if it is above the triangle, else to the nearest of its edges.
-    """
-    first = items.first[i]
-    if items.first[i + 1] - first != 3:
-        return 0.0
-    p = items.points
-    ax, ay, az = p[first, 0] - x, p[first, 1] - y, p[first, 2] - z
-    nx, ny, nz = normal_of(items, i)
-    length = np.sqrt(nx * nx + ny * ny + nz * nz)
-    least = np.inf
-    is_above = length > 0.0
-    for corner in range(3):
-        k, following = first + corner, first + (corner + 1 if corner < 2 else 0)
-        bx, by, bz = p[k, 0] - x, p[k, 1] - y, p[k, 2] - z
-        ex, ey, ez = p[following, 0] - p[k, 0], p[following, 1] - p[k, 1], p[following, 2] - p[k, 2]
-        square = ex * ex + ey * ey + ez * ez
-        share = -(bx * ex + by * ey + bz * ez) / square if square > 0.0 else 0.0
-        share = min(max(share, 0.0), 1.0)
-        cx, cy, cz = bx + share * ex, by + share * ey, bz + share * ez
-        least = min(least, np.sqrt(cx * cx + cy * cy + cz * cz))
-        # Across the edge, into the triangle: n x e.
-        inside = (ny * ez - nz * ey) * bx + (nz * ex - nx * ez) * by + (nx * ey - ny * ex) * bz
-        is_above = is_above and inside <= 0.0
-    if is_above:
-        least = min(least, abs(ax * nx + ay * ny + az * nz) / length)
-    return least
-
-
-@inner
-def normal_of(items, i):
-    """Return a normal of an outline, as long as twice its area (Newell)."""
-    first, last = items.first[i], items.first[i + 1]
-    p = items.points
-    x, y, z = 0.0, 0.0, 0.0
-    for k in range(first + 1, last - 1):
-        ax, ay, az = p[k, 0] - p[first, 0], p[k, 1] - p[first, 1], p[k, 2] - p[first, 2]
-        bx, by, bz = (
-            p[k + 1, 0] - p[first, 0], p[k + 1, 1] - p[first, 1], p[k + 1, 2] - p[first, 2],
-        )  # fmt: skip
-        x += ay * bz - az * by
-        y += az * bx - ax * bz
-        z += ax * by - ay * bx
-    return x, y, z
-
-
-@inner
-def load_corner(faces, face, x, y, z, scratch, corner):
-    """Put a point, as seen from a face's origin, into ``scratch.before``."""
-    a, b, c = in_face(faces, face, x, y, z)
-    scratch.before[corner, 0], scratch.before[corner, 1] = a, b
-    scratch.before[corner, 2] = 1.0 if faces.is_parallel[face] else c
-
-
-@inner
-def load_side(insertion, scratch, face, i, side):
-    """Put a side of an item's box into ``scratch.before``, in coordinates of a face."""
-    boxes, o = insertion.items.boxes, insertion.faces.origins[face]
-    for corner in range(4):
-        bits = whole(BOX_SIDES[side, corner])
-        x = boxes[i, 3 if bits & 1 else 0] - o[0]
-        y = boxes[i, 4 if bits & 2 else 1] - o[1]
-        z = boxes[i, 5 if bits & 4 else 2] - o[2]
-        load_corner(insertion.faces, face, x, y, z, scratch, corner)
-    return 4
-
-
-@inner
-def load_outline(insertion, scratch, face, i):
-    """Put an item's outline into ``scratch.before``, in coordinates of a face; count corners."""
-    items, o = insertion.items, insertion.faces.origins[face]
-    first, last = items.first[i], items.first[i + 1]
-    for k in range(first, last):
-        p = items.points[k]
-        load_corner(
-            insertion.faces, face, p[0] - o[0], p[1] - o[1], p[2] - o[2], scratch, k - first
-        )
-    return last - first
-
-
-@inner
-def is_hidden(insertion, scratch, face, i, nearest):
-    """Say whether a box lies behind one of the planes that clip it."""
-    boxes, faces = insertion.items.boxes, insertion.faces
-    o = faces.origins[face]
-    # Bit by bit, the planes that all corners so far are behind.
-    behind = (1 << SIDES) - 1
-    for bits in range(8):
-        x = boxes[i, 3 if bits & 1 else 0] - o[0]
-        y = boxes[i, 4 if bits & 2 else 1] - o[1]
-        z = boxes[i, 5 if bits & 4 else 2] - o[2]
-        a, b, c = in_face(faces, face, x, y, z)
-        if faces.is_parallel[face]:
-            c = 1.0
-        for side in range(SIDES):
-            if side_of(side, nearest, a, b, c) >= 0.0:
-                behind &= ~(1 << side)
-        if behind == 0:
-            return False
-    return True
-
-
-@inner
-def project_item(insertion, scratch, face, i, row, outline, place):
-    """Write what is known of an item in a face into a row, and its outline at a place.
-
-    Returns
-    -------
-    kind : int
-        NOWHERE if it is not seen through the face.
-    count : int
-        Corners of its outline.
-    """
-    items, faces, slack = insertion.items, insertion.faces, insertion.slack
-    is_parallel = faces.is_parallel[face] != 0
-    o = faces.origins[face]
-    x, y, z = items.balls[i, 0] - o[0], items.balls[i, 1] - o[1], items.balls[i, 2] - o[2]
-    distance, radius = np.sqrt(x * x + y * y + z * z), items.balls[i, 3] + slack
-    angle = np.pi
-    if distance > radius:
-        angle = np.arcsin(radius / distance) + 1e-9
-    row[X], row[Y], row[Z], row[ANGLE] = x, y, z, angle
-    row[NEAREST] = nearest_of(insertion, face, i)
-    if not is_parallel and is_at_origin(insertion, face, i):
-        row[U0], row[V0], row[U1], row[V1] = -1.0, -1.0, 1.0, 1.0
-        return EVERYWHERE, 0
-    nearest = slack / faces.spread[face]
-    if is_hidden(insertion, scratch, face, i, nearest):
-        return NOWHERE, 0
-    is_flat = insertion.how == EXACT and items.first[i] < items.first[i + 1]
-    u0, v0, u1, v1 = np.inf, np.inf, -np.inf, -np.inf
-    depth, area, count = np.inf, 0.0, 0
-    for side in range(1 if is_flat else 6):
-        if is_flat:
-            count = load_outline(insertion, scratch, face, i)
-        else:
-            count = load_side(insertion, scratch, face, i, side)
-        count = clip_to_face(scratch, count, nearest)
-        before = scratch.before
-        for k in range(count):
-            u, v = before[k, 0] / before[k, 2], before[k, 1] / before[k, 2]
-            before[k, 0], before[k, 1] = u, v
-            depth = before[k, 2] if before[k, 2] < depth else depth
-            u0, u1 = u if u < u0 else u0, u if u > u1 else u1
-            v0, v1 = v if v < v0 else v0, v if v > v1 else v1
-    if depth == np.inf:
-        return NOWHERE, 0
-    margin = MARGIN + 2.0 * faces.scale[face] * slack / (1.0 if is_parallel else depth)
-    row[U0], row[V0], row[U1], row[V1] = u0 - margin, v0 - margin, u1 + margin, v1 + margin
-    row[MARGIN_OF] = margin
-    if row[U0] > 1.0 or row[V0] > 1.0 or row[U1] < -1.0 or row[V1] < -1.0:
-        return NOWHERE, 0
-    if not is_flat:
-        # Parallel rays see no cones.
-        has_cone = not is_parallel and insertion.how != BOX and angle < np.pi
-        return (BALL if has_cone else RECTANGLE), 0
-    for k in range(count):
-        j = k + 1 if k + 1 < count else 0
-        area += before[k, 0] * before[j, 1] - before[k, 1] * before[j, 0]
-    # Of one seen edge-on the rectangle is as good.
-    if abs(area) <= 1e-9 * (u1 - u0) * (v1 - v0):
-        return RECTANGLE, 0
-    for k in range(count):
-        j = k if area > 0.0 else count - 1 - k
-        outline[place + k, 0], outline[place + k, 1] = before[j, 0], before[j, 1]
-    nx, ny, nz = normal_of(items, i)
-    p = items.points[items.first[i]]
-    row[NX], row[NY], row[NZ] = nx, ny, nz
-    row[HEIGHT] = nx * (p[0] - o[0]) + ny * (p[1] - o[1]) + nz * (p[2] - o[2])
-    return OUTLINE, count
-
-
 @kernel
-def project_items(insertion, scratch, face, begin, end, footprints, found):
-    """Write what is known of the items ``begin <= i < end`` that are seen through a face.
+def project_polygons(points, polygons, items, nearest, scratch, extent, outline, corners):
+    """Clip the polygons of items to what a face sees, and project them.
 
     Parameters
     ----------
-    footprints : Footprints
-        With room for all of them, and for their outlines, clipped.
-    found : (1,) int64
-        Of how many something was written.
+    points : (p, 3) float64
+        Corners, in coordinates of the face.
+    polygons : (q + 1,) int64
+        Polygon k has the corners ``points[polygons[k]:polygons[k + 1]]``.
+    items : (n + 1,) int64
+        Item i has the polygons ``items[i] <= k < items[i + 1]``.
+    nearest : float
+        What is nearer is clipped away.
+    scratch : (2, k, 3) float64
+    extent : (n, 6) float64
+        In the end the rectangle around each, the least depth, and twice the area of the last
+        polygon, negative if that goes round to the right.
+    outline : (p + SIDES q, 2) float64
+        In the end the last polygon of each, one after the other.
+    corners : (n,) int64
+        In the end how many corners that has.
     """
-    count, place = whole(0), whole(0)
-    for i in range(begin, end):
-        row = footprints.rows[count]
-        kind, corners = project_item(insertion, scratch, face, i, row, footprints.outline, place)
-        if kind == NOWHERE:
-            continue
-        footprints.item[count], footprints.kind[count] = i, kind
-        footprints.first[count] = place
-        place += corners
-        count += 1
-        footprints.first[count] = place
-    found[0] = count
+    before, after, place = scratch[0], scratch[1], whole(0)
+    for i in range(len(items) - 1):
+        u0, v0, u1, v1, depth, area = np.inf, np.inf, -np.inf, -np.inf, np.inf, 0.0
+        count = whole(0)
+        for k in range(items[i], items[i + 1]):
+            count = whole(polygons[k + 1] - polygons[k])
+            for corner in range(count):
+                for axis in range(3):
+                    before[corner, axis] = points[polygons[k] + corner, axis]
+            count = whole(clip_to_face(before, after, count, nearest))
+            for corner in range(count):
+                c = before[corner, 2]
+                u, v = before[corner, 0] / c, before[corner, 1] / c
+                outline[place + corner, 0], outline[place + corner, 1] = u, v
+                depth = c if c < depth else depth
+                u0, u1 = u if u < u0 else u0, u if u > u1 else u1
+                v0, v1 = v if v < v0 else v0, v if v > v1 else v1
+        for corner in range(count):
+            j = place + (corner + 1 if corner + 1 < count else 0)
+            area += outline[place + corner, 0] * outline[j, 1]
+            area -= outline[place + corner, 1] * outline[j, 0]
+        row = extent[i]
+        row[0], row[1], row[2], row[3], row[4], row[5] = u0, v0, u1, v1, depth, area
+        corners[i] = count
+        place += count
+
+
+def project(insertion: Insertion, face: int, numbers: np.ndarray, around: np.ndarray) -> Footprints:
+    """Return what is known of some items in a face, with the sizes of outlines as `first`.
+
+    Parameters
+    ----------
+    numbers : (n,) int64
+    around : (n, 5) float64
+        Of these, see :func:`around_origin`.
+    """
+    items, faces, slack = insertion.items, insertion.faces, insertion.slack
+    is_parallel = bool(faces.is_parallel[face])
+    is_flat = (items.first[numbers + 1] > items.first[numbers]) & (insertion.how == EXACT)
+    # A flat item is a polygon, any other has six, the sides of its box.
+    sizes = np.where(is_flat, items.first[numbers + 1] - items.first[numbers], 24)
+    ends = np.cumsum(sizes)
+    points = np.empty((int(sizes.sum()), 3))
+    flat, solid = numbers[is_flat], numbers[~is_flat]
+    points[ranges((ends - sizes)[is_flat], sizes[is_flat])] = items.points[
+        ranges(items.first[flat], sizes[is_flat])
+    ]
+    points[ranges((ends - sizes)[~is_flat], sizes[~is_flat])] = items.boxes[solid][
+        :, BOX_SIDES
+    ].reshape(-1, 3)
+    points = (points - faces.origins[face]) @ faces.axes[face].T
+    if is_parallel:
+        points[:, 2] = 1.0
+    n_polygons = np.where(is_flat, 1, 6)
+    of_polygon = np.repeat(np.where(is_flat, sizes, 4), n_polygons)
+    room = int(of_polygon.max(initial=4)) + 2 * SIDES
+    extent, corners = np.empty((len(numbers), 6)), np.empty(len(numbers), np.int64)
+    outline = np.empty((len(points) + SIDES * len(of_polygon), 2))
+    call(
+        project_polygons, points, starts_of(of_polygon), starts_of(n_polygons),
+        slack / faces.spread[face], np.empty((2, room, 3)), extent, outline, corners,
+    )  # fmt: skip
+    depth, area = extent[:, 4], extent[:, 5]
+    with np.errstate(invalid="ignore"):  # of what is not seen, inf - inf
+        margin = MARGIN + 2.0 * faces.scale[face] * slack / depth
+        low, high = extent[:, :2] - margin[:, None], extent[:, 2:4] + margin[:, None]
+        # Of one seen edge-on the rectangle is as good as the outline.
+        has_outline = is_flat & (
+            np.abs(area) > 1e-9 * (extent[:, 2:4] - extent[:, :2]).prod(axis=1)
+        )
+    is_seen = (depth < np.inf) & (low <= 1.0).all(axis=1) & (high >= -1.0).all(axis=1)
+    # Parallel rays see no cones.
+    has_cone = ~is_flat & (around[:, ANGLE] < np.pi) & (insertion.how != BOX) & (not is_parallel)
+    kind = np.select([has_outline, has_cone], [OUTLINE, BALL], RECTANGLE).astype(np.uint8)
+    rows = np.zeros((len(numbers), N_COLUMNS))
+    rows[:, : ANGLE + 1] = around
+    rows[:, U0 : V0 + 1], rows[:, U1 : V1 + 1], rows[:, MARGIN_OF] = low, high, margin
+    normals = items.normals[numbers]
+    rows[:, NX : NZ + 1] = normals
+    own = is_flat.nonzero()[0]
+    points = items.points[items.first[numbers[own]]] - faces.origins[face]
+    rows[own, HEIGHT] = (normals[own] * points).sum(axis=1)
+    kept = np.where(is_seen & has_outline, corners, 0)
+    # All go round to the left.
+    order = ranges(np.cumsum(corners) - corners, np.where(is_seen & has_outline, corners, 0))
+    turned = np.repeat(area < 0.0, kept)
+    rank = ranges(0, kept)
+    order = np.where(turned, order + np.repeat(kept, kept) - 1 - 2 * rank, order)
+    return Footprints(
+        numbers[is_seen].astype(np.int32), kind[is_seen], rows[is_seen], kept[is_seen],
+        outline[order],
+    )  # fmt: skip
+
+
+def starts_of(sizes: np.ndarray) -> np.ndarray:
+    """Return where pieces of some sizes begin, and the end, (n + 1,) int64."""
+    return np.concatenate([[0], np.cumsum(sizes)])
+
+
+def are_hidden(insertion: Insertion, face: int) -> np.ndarray:
+    """Say which boxes lie behind one of the planes that a face sees up to, (n,) bool."""
+    faces, boxes = insertion.faces, insertion.items.boxes
+    u, v, w = faces.axes[face]
+    origin = faces.origins[face]
+    hidden = np.zeros(len(boxes), bool)
+    for across in (u, -u, v, -v):
+        # How far the corner that lies most to the front is before the plane.
+        if faces.is_parallel[face]:
+            normal, offset = -across, 1.0 + BEYOND
+        else:
+            normal, offset = (1.0 + BEYOND) * w - across, 0.0
+        low, high = boxes[:, :3] - origin, boxes[:, 3:] - origin
+        most = np.maximum(low * normal, high * normal).sum(axis=1) + offset
+        hidden |= most < -insertion.slack * np.abs(normal).sum()
+    if not faces.is_parallel[face]:
+        hidden |= np.maximum(low * w, high * w).sum(axis=1) < 0.0
+    return hidden
+
+
+def around_origin(insertion: Insertion, face: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return what is known of all items from a face's origin, whatever the face.
+
+    Returns
+    -------
+    around : (n, 5) float64
+        The columns NEAREST to ANGLE of :class:`Footprints`. Along parallel rays the nearest is the
+        least depth.
+    at_origin : (n,) bool
+        Which are so near that they have no place in the face, and may be seen anywhere. Of
+        triangles that are inserted exactly not only the box is asked.
+    """
+    items, faces, slack = insertion.items, insertion.faces, insertion.slack
+    origin, boxes = faces.origins[face], items.boxes
+    middle = items.balls[:, :3] - origin
+    distance, radius = np.linalg.norm(middle, axis=1), items.balls[:, 3] + slack
+    sine = np.divide(radius, distance, out=np.ones(len(boxes)), where=distance > radius)
+    angle = np.where(sine < 1.0, np.arcsin(sine) + 1e-9, np.pi)
+    if faces.is_parallel[face]:
+        w = faces.axes[face, 2]
+        nearest = np.where(w > 0.0, boxes[:, :3] - origin, boxes[:, 3:] - origin) @ w
+        at_origin = np.zeros(len(boxes), bool)
+    else:
+        gap = np.maximum(np.maximum(boxes[:, :3] - origin, origin - boxes[:, 3:]), 0.0)
+        nearest = np.linalg.norm(gap, axis=1)
+        at_origin = nearest <= NEAR * slack
+        first, last = items.first[:-1], items.first[1:]
+        asked = np.flatnonzero(at_origin & (last - first == 3) & (insertion.how == EXACT))
+        corners = items.points[first[asked, None] + np.arange(3)]
+        at_origin[asked] = distances_to_triangles(corners, origin) <= 2.0 * NEAR * slack
+    return np.column_stack([nearest - slack, middle, angle]), at_origin
+
+
+def distances_to_triangles(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Return the distances of a point to triangles, (n, 3, 3), as (n,).
+
+    To the plane, where the point is above the triangle, else to the nearest edge.
+    """
+    begin = corners - point
+    edge = np.roll(corners, -1, axis=1) - corners
+    square = (edge * edge).sum(axis=2)
+    share = np.divide(-(begin * edge).sum(axis=2), square, out=np.zeros_like(square),
+                      where=square > 0.0)  # fmt: skip
+    nearest = begin + np.clip(share, 0.0, 1.0)[:, :, None] * edge
+    distance: np.ndarray = np.linalg.norm(nearest, axis=2).min(axis=1, initial=np.inf)
+    normal = np.cross(edge[:, 0], edge[:, 1])
+    length = np.linalg.norm(normal, axis=1)
+    is_inside = (np.cross(normal[:, None], edge) * begin).sum(axis=2) <= 0.0
+    above = is_inside.all(axis=1) & (length > 0.0)
+    height = np.abs((begin[:, 0] * normal).sum(axis=1))
+    distance[above] = np.minimum(distance[above], height[above] / length[above])
+    return distance
 
 
 ITEMS_AT_ONCE = 1 << 14
@@ -408,26 +354,20 @@ def footprints_of(
     check : callable
         Is called now and then, and may raise.
     """
-    items = insertion.items
-    most = max(int(np.diff(items.first).max(initial=0)), 4) + 2 * SIDES
-    scratch = Scratch(np.empty((most, 3)), np.empty((most, 3)))
-    begins = np.arange(0, len(items.boxes), ITEMS_AT_ONCE)
-    ends = np.minimum(begins + ITEMS_AT_ONCE, len(items.boxes))
-    count = int((ends - begins).max())
-    corners = int((items.first[ends] - items.first[begins]).max()) + SIDES * count
-    room = Footprints(
-        np.empty(count, np.int32), np.empty(count, np.uint8), np.zeros((count + 1, N_COLUMNS)),
-        np.zeros(count + 1, np.int64), np.empty((corners, 2)),
-    )  # fmt: skip
-    parts, found = [], np.zeros(1, np.int64)
-    for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
+    around, at_origin = around_origin(insertion, face)
+    check()
+    everywhere = np.flatnonzero(at_origin)
+    count = len(everywhere)
+    rows = np.zeros((count, N_COLUMNS))
+    rows[:, : ANGLE + 1] = around[everywhere]
+    rows[:, U0 : V1 + 1] = -1.0, -1.0, 1.0, 1.0
+    kinds, sizes = np.full(count, EVERYWHERE, np.uint8), np.zeros(count, np.int64)
+    parts = [Footprints(everywhere.astype(np.int32), kinds, rows, sizes, np.zeros((0, 2)))]
+    others = np.flatnonzero(~(at_origin | are_hidden(insertion, face)))
+    for begin in range(0, len(others), ITEMS_AT_ONCE):
         check()
-        call(project_items, insertion, scratch, face, begin, end, room, found)
-        n = int(found[0])
-        outline = room.outline[: room.first[n]].copy()
-        sizes = np.diff(room.first[: n + 1])
-        columns = room.item[:n].copy(), room.kind[:n].copy(), room.rows[:n].copy()
-        parts.append(Footprints(*columns, sizes, outline))
+        numbers = others[begin : begin + ITEMS_AT_ONCE]
+        parts.append(project(insertion, face, numbers, around[numbers]))
     joined = Footprints(*(np.concatenate(column) for column in zip(*parts, strict=True)))
     return in_order_of_distance(joined)
 

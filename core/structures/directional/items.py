@@ -27,6 +27,8 @@ class Items(NamedTuple):
         Item i has the outline ``points[first[i]:first[i + 1]]`` if it is flat and convex; others
         have none.
     points : (m, 3) float64
+    normals : (n, 3) float64
+        Of outlines, twice their area long; 0 of others.
     balls : (n, 4) float64
         Centre and radius of balls that hold the items.
     """
@@ -34,6 +36,7 @@ class Items(NamedTuple):
     boxes: np.ndarray
     first: np.ndarray
     points: np.ndarray
+    normals: np.ndarray
     balls: np.ndarray
 
 
@@ -50,9 +53,11 @@ def items_of(geometry: Any) -> Items:
     count = len(boxes)
     if isinstance(geometry, Triangles):
         points = geometry.corners.reshape(-1, 3)
-        return Items(boxes, np.arange(0, 3 * count + 1, 3), points, balls)
+        first = np.arange(0, 3 * count + 1, 3)
+        return Items(boxes, first, points, normals_of(first, points), balls)
     if not isinstance(geometry, Mixed):
-        return Items(boxes, np.zeros(count + 1, np.int64), np.zeros((0, 3)), balls)
+        nothing = np.zeros(count + 1, np.int64), np.zeros((0, 3)), np.zeros((count, 3))
+        return Items(boxes, *nothing, balls)
     kinds = geometry.kinds
     for i in np.flatnonzero(kinds == SPHERE):
         half_axes = geometry.points[geometry.first[i] : geometry.first[i] + 3]
@@ -71,7 +76,21 @@ def items_of(geometry: Any) -> Items:
     points[ranges(first[:-1][is_triangle], sizes[is_triangle])] = corners
     corners = geometry.points[ranges(geometry.first[is_polygon], sizes[is_polygon])]
     points[ranges(first[:-1][is_polygon], sizes[is_polygon])] = corners
-    return Items(boxes, first, points, balls)
+    return Items(boxes, first, points, normals_of(first, points), balls)
+
+
+def normals_of(first: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the normals of outlines, twice their area long (Newell); 0 where there is none."""
+    sizes = np.diff(first)
+    normals = np.zeros((len(sizes), 3))
+    if len(points):
+        begin = np.repeat(first[:-1], sizes)
+        following = np.arange(1, len(points) + 1)
+        following[first[1:][sizes > 0] - 1] = first[:-1][sizes > 0]
+        corners = points - points[begin]
+        terms = np.cross(corners, points[following] - points[begin])
+        normals[sizes > 0] = np.add.reduceat(terms, first[:-1][sizes > 0])
+    return normals
 
 
 def is_convex_outline(corners: np.ndarray) -> bool:
