@@ -436,6 +436,7 @@ def readme_picture() -> Steps:
     yield from trace()
     yield from session.find("accelscope.export(")
     over_viewport()
+    session.area().spaces[0].show_region_hud = False  # what the last operator could do otherwise
     bpy.context.preferences.system.viewport_aa = "8"
     yield 10.0
     picture = station("readme")
