@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from ...geometry.box_shape import corners_of
 from ...scene import ORTHOGRAPHIC, Camera, Scene
 from ...scene.camera_rays import camera_axes, framing_camera, window_of
 
@@ -63,6 +64,30 @@ def camera_around(camera: Camera, points: np.ndarray) -> Camera:
     return dataclasses.replace(
         camera, position=position, target=position + ahead * forward, scale=scale, shift=(0.0, 0.0)
     )
+
+
+ASIDE = np.radians(45.0)
+"""By how much one goes around a scene to see the picture of its camera aslant."""
+
+
+def camera_aside(scene: Scene, boxes: np.ndarray, is_aside: bool) -> Camera:
+    """Return a camera that sees a scene and boxes (n, 6) as well, which may be anywhere.
+
+    Parameters
+    ----------
+    is_aside : bool
+        Whether it goes around the scene, as a camera cannot see its own picture.
+    """
+    camera = picture_camera(scene)
+    forward = camera_axes(camera)[0]
+    if is_aside:
+        up = np.asarray(camera.up, float) / np.linalg.norm(camera.up)
+        along = (forward @ up) * up
+        forward = along + np.cos(ASIDE) * (forward - along) + np.sin(ASIDE) * np.cross(up, forward)
+    corners = np.concatenate([boxes[:, :3], boxes[:, 3:], [scene.lower, scene.upper]])
+    corners = corners_of(np.concatenate([corners.min(axis=0), corners.max(axis=0)])[None])[0]
+    turned = dataclasses.replace(camera, target=camera.position + forward)
+    return camera_around(turned, corners)
 
 
 def standpoint(points: np.ndarray, slopes: Slopes) -> np.ndarray:

@@ -12,6 +12,7 @@ import numpy as np
 from ...colours import EMPTY_TINT, depth_colours, face_opacity
 from ...contract.cells import Cells
 from ...contract.events import VISIT_EMPTY, VISIT_LEAF
+from ...contract.needs import CAMERA, GEOMETRY
 from ...contract.outlines import faces_of, triangles_of, wires_of
 from ...contract.protocols import Linked
 from ...contract.structure import Structure
@@ -30,6 +31,7 @@ from ..records.report import figures, write_text
 from .lesson_page import REDUCTION, pictures_that_tell, play
 from .lesson_pictures import LessonPainter
 from .page import figure_tags, page_of, rows_table
+from .picture_cameras import camera_aside
 from .png import write_png
 from .view import View
 
@@ -93,10 +95,8 @@ class Gallery:
         """
         structure = built.structure
         scene = structure.scene
-        if scene.source not in self._views:
-            self._views = {scene.source: View(scene)}  # only the last: scenes come one by one
-        view = self._views[scene.source]
         cells = structure.cells()
+        view = self._view_of(structure, cells)
         stem = self._free_name(f"{scene.name}-{structure.name}")
         pictures = []
         if not cells.is_leaf.all():
@@ -107,8 +107,9 @@ class Gallery:
         if "order" in cells.extra:
             for number, step in enumerate(steps_shown(cells), 1):
                 pictures.append((f"built-{number}", *picture_of_building(view, cells, step)))
-        if len(cells) > 1:
-            single = next((rays for rays in batches if len(rays) == 1), None)
+        single = next((rays for rays in batches if len(rays) == 1), None)
+        # Rays across the picture are of no class, which not every structure answers.
+        if len(cells) > 1 and (single is not None or structure.answers is None):
             walk = walk_to_show(view, structure, cells, single)
             pictures.append(("ray", *picture_of_ray(view, walk)))
             if structure.takes_cones and isinstance(structure.scene.geometry, Triangles):
@@ -122,6 +123,15 @@ class Gallery:
             shown.append((file, caption))
         told = "".join(self._lessons(structure, stem))
         self._rows.append(section(built, records, shown, told))
+
+    def _view_of(self, structure: Structure, cells: Cells) -> View:
+        """Return the view of a scene; of a structure around lights or a camera one of all of it."""
+        scene = structure.scene
+        if structure.needs != {GEOMETRY}:
+            return View(scene, camera_aside(scene, cells.boxes, CAMERA in structure.needs))
+        if scene.source not in self._views:
+            self._views = {scene.source: View(scene)}  # only the last: scenes come one by one
+        return self._views[scene.source]
 
     def _lessons(self, structure: Structure, stem: str) -> Iterator[str]:
         """Draw the lessons about such structures, over this one; return their part of the page.

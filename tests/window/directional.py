@@ -1,0 +1,151 @@
+"""Structures built from lamps and a camera, in a real Blender window: drawn there, and watched.
+
+    .venv/bin/python .ci/build_extension.py --platform linux-x64 --output build/window/extension
+    .ci/blender_window.sh tests/window/directional.py build/window/directional [-- ZIP]
+
+Cells stand around a lamp, across a sun's rays, before the camera. When one of those is moved, the
+panel says so by itself, and the cells fade; moved back, both is gone.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+from guide import (
+    build,
+    frame,
+    install,
+    open_wide_tab,
+    results,
+    sample,
+    session,
+    settings,
+    station,
+    trace,
+)
+from session import Steps
+
+
+def said() -> str:
+    """Return what the panel says, which compares nothing itself."""
+    return results().status(bpy.context, at_once=False).text
+
+
+def place(data: bpy.types.ID, location: tuple, rotation: tuple = (0.0, 0.0, 0.0)) -> None:
+    """Put a lamp or a camera into the scene."""
+    obj = bpy.data.objects.new(data.name, data)
+    obj.location, obj.rotation_euler = location, rotation
+    bpy.context.collection.objects.link(obj)
+
+
+def see_all() -> None:
+    """Look at the monkey and at what stands around it."""
+    bpy.ops.object.select_all(action="SELECT")
+    frame()
+    bpy.ops.object.select_all(action="DESELECT")
+
+
+@session.step
+def prepare() -> Steps:
+    """A monkey, a lamp, a camera."""
+    install()
+    yield from open_wide_tab()
+    sample("suzanne", subdivisions=0)
+    for obj in list(bpy.context.scene.objects):
+        if obj.type in ("LIGHT", "CAMERA"):
+            bpy.data.objects.remove(obj)
+    place(bpy.data.lights.new("Lamp", "POINT"), (-2.0, -1.5, 1.0))
+    place(bpy.data.cameras.new("Eye"), (3.5, -3.5, 1.0), (1.35, 0.0, 0.78))
+    bpy.context.scene.camera = bpy.data.objects["Eye"]
+    see_all()
+    yield 1.0
+
+
+@session.step
+def around_the_lamp() -> Steps:
+    """Cells of the light buffer stand around the lamp, in colours of their lists."""
+    settings().structure = "light_buffer"
+    settings().display.colour_by = "count"
+    yield from build()
+    yield 1.0
+    station("light_buffer")
+    settings().display.depth_min = settings().display.depth_max = 3
+    yield 1.0
+    station("light_buffer_level")
+    settings().display.depth_min, settings().display.depth_max = 0, 100
+    assert said() == "Up to date"
+
+
+@session.step
+def the_lamp_moves() -> Steps:
+    """The panel says by itself that the lamp was moved, and that it is back."""
+    lamp = bpy.data.objects["Lamp"]
+    lamp.location.z += 0.5
+    yield lambda: said() == "Out of date: the lights were changed"
+    yield 1.0
+    station("lamp_moved")
+    lamp.location.z -= 0.5
+    yield lambda: said() == "Up to date"
+
+
+@session.step
+def without_rays() -> Steps:
+    """Camera rays are refused in one line."""
+    settings().workload = "camera"
+    rays = settings().workloads.camera
+    rays.width = rays.height = 24
+    yield from session.press("accelscope.trace(")
+    yield 2.0
+    station("refused")
+
+
+@session.step
+def before_the_camera() -> Steps:
+    """The cells of the picture stand before the camera."""
+    settings().structure = "image_directory"
+    yield from build()
+    yield 1.0
+    station("image_directory")
+    eye = bpy.data.objects["Eye"]
+    eye.location.x += 0.5
+    yield lambda: said() == "Out of date: the camera was moved"
+    yield 1.0
+    station("camera_moved")
+    eye.location.x -= 0.5
+    yield lambda: said() == "Up to date"
+
+
+@session.step
+def both_in_routed() -> Steps:
+    """Primary rays go to the one, shadow rays to the other."""
+    settings().structure = "routed"
+    routed = settings().structures.routed
+    routed.primary, routed.shadow = "image_directory", "light_buffer"
+    settings().workloads.camera.shadows = True
+    yield from build()
+    yield from trace()
+    yield 1.0
+    routes = results().record["trace"]["routes"]
+    assert [routes[kind]["structure"] for kind in ("primary", "shadow")] == [
+        "image_directory", "light_buffer",
+    ]  # fmt: skip
+    station("routed")
+
+
+@session.step
+def across_a_sun() -> Steps:
+    """The cells of a sun lie in a plane across its rays."""
+    bpy.data.objects.remove(bpy.data.objects["Lamp"])
+    place(bpy.data.lights.new("Sun", "SUN"), (0.0, 0.0, 3.0), (0.5, -0.4, 0.0))
+    settings().structure = "light_buffer"
+    yield from build()
+    see_all()
+    yield 1.0
+    station("sun")
+
+
+session.run()
