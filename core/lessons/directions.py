@@ -20,7 +20,7 @@ from ..scene import SUN, Camera, Light, Scene
 from ..scene.camera_rays import camera_rays, framing_camera
 from ..scene.light import point_lights
 from ..scene.shadow_rays import shadow_rays
-from ..structures.directional.insertion import (
+from ..structures.directional.projection import (
     OUTLINE,
     U0,
     U1,

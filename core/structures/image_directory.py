@@ -31,8 +31,8 @@ from ..scene import Camera, Scene
 from ..scene.camera_rays import PRIMARY, framing_camera
 from ..settings import setting
 from .directional.faces import Faces, in_face, picture_of
-from .directional.insertion import Insertion
 from .directional.lists import NONE, Lists, cell_at, no_lists
+from .directional.projection import Insertion
 from .directional.structure import Directional, DirectionalSettings, filled, insertion_of
 from .directional.walk import Seen, walk_list
 

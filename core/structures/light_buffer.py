@@ -51,8 +51,8 @@ from .directional.faces import (
     joined_faces,
     plane_before_sun,
 )
-from .directional.insertion import Insertion
 from .directional.lists import NONE, Lists, cell_at, no_lists
+from .directional.projection import Insertion
 from .directional.raster import drawn_lists
 from .directional.structure import (
     UNIFORM,

@@ -19,7 +19,9 @@ import numpy as np
 from ...kernels import call, inner, kernel
 from ...progress import Progress
 from .faces import out_of_face
-from .insertion import (
+from .insertion import edge_of
+from .lists import NONE, NOWHERE, Lists, step_along, with_entries
+from .projection import (
     ANGLE,
     HEIGHT,
     NEAREST,
@@ -35,10 +37,8 @@ from .insertion import (
     X,
     Y,
     Z,
-    edge_of,
     footprints_of,
 )
-from .lists import NONE, NOWHERE, Lists, step_along, with_entries
 
 
 def drawn_lists(

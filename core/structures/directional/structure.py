@@ -29,10 +29,12 @@ from ...ranges import ranges
 from ...scene import Scene
 from ...settings import setting
 from .faces import Faces
-from .insertion import BOX, CONE, EXACT, Insertion, footprints_of, is_in_cell
+from .filling import Division, lists_of
+from .insertion import is_in_cell
 from .items import ULPS, items_of
-from .lists import NONE, Division, Lists, Squares, cell_at, lists_of, squares_of
+from .lists import NONE, Lists, Squares, cell_at, squares_of
 from .merging import EQUAL, KEEP, SIMILAR, merged
+from .projection import BOX, CONE, EXACT, Insertion, footprints_of
 
 UNIFORM, ADAPTIVE = "uniform", "adaptive"
 
