@@ -130,17 +130,17 @@ class Recursion(Play):
         )
         images = (
             Image("picture", np.minimum(shown, 1.0)),
-            self.off(shown),
+            self.error(shown),
         )
         return picture_of(
             parts, caption, marks=self.marks(own & sent), rows=self.rows(sent, rms, most),
             images=images,
         )  # fmt: skip
 
-    def off(self, shown: np.ndarray) -> Image:
+    def error(self, shown: np.ndarray) -> Image:
         """Return where the picture is off, from dark to the brightest: 0.1 or more."""
         off = np.abs(np.minimum(shown, 1.0) - np.minimum(self.whole, 1.0)).max(axis=2)
-        return Image("off", viridis(np.minimum(off / 0.1, 1.0)), off)
+        return Image("error", viridis(np.minimum(off / 0.1, 1.0)), off)
 
     def lines(self, numbers: np.ndarray, *, is_dashed: bool) -> list[Lines]:
         """Return some rays as lines, in the colours of their classes."""

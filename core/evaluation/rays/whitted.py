@@ -60,7 +60,7 @@ class WhittedSettings(ViewSettings):
     )  # fmt: skip
     light_samples: int = setting(
         0, "Light Samples", "Shadow rays from a hit to points on each area light; 0 sends one to "
-        "its centre", unit="rays", minimum=0, maximum=1024, unset="centre",
+        "its centre", unit="rays", minimum=0, maximum=1024,
     )  # fmt: skip
     seed: int = setting(
         1, "Seed", "Start of the numbers by which points on lights are chosen", minimum=0,
