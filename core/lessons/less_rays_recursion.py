@@ -22,13 +22,13 @@ from ..progress import Progress
 from ..scene import Scene
 from ..scene.material import MATT
 from ..scene.whitted.film import Film, error_of
-from ..scene.whitted.trees import CLASS_NAMES, OF_PRIMARY, OF_SHADOW
+from ..scene.whitted.trees import OF_PRIMARY, OF_SHADOW
 from ..settings import setting
 from .drawing import GREY, Lines, coloured, counted, faint, items_in, picture_of
 from .heat_map import camera_of, viridis
 from .lesson import Lesson, Play, Subject
 from .picture import Image, Mark, Picture, Row
-from .rays_of_picture import COLOURS, legend, rays_of_picture
+from .rays_of_picture import COLOURS, rays_of_picture
 
 DEPTH = 6
 
@@ -44,7 +44,7 @@ DASHES = 9
 REACH, TO_LIGHT = 0.16, 0.08
 """How much of a ray that hits nothing is drawn, and of one to a light, in the scene's diagonal."""
 
-MOST_MARKS = 8
+MOST_MARKS = 5
 
 
 @dataclass(frozen=True)
@@ -167,10 +167,8 @@ class Recursion(Play):
         return parts
 
     def marks(self, shown: np.ndarray) -> list[Mark]:
-        """Return the names of the colours, and the weights of the strongest rays sent on."""
-        names = (*CLASS_NAMES[:1], "to a light", *CLASS_NAMES[2:])
-        texts = [*zip(names, COLOURS, strict=True), ("dashed, not sent", GREY)]
-        marks = legend(self.scene, texts)
+        """Return the weights of the strongest rays sent on."""
+        marks: list[Mark] = []
         rays = self.rays
         onward = np.flatnonzero(shown & (rays.classes > OF_SHADOW))
         onward = onward[np.argsort(-rays.strengths[onward], kind="stable")][:MOST_MARKS]
@@ -229,8 +227,9 @@ LESSONS = (
         slide="Classification",
         begin="A mirror that sees a mirror adds little to the pixel: the tree of rays is cut where "
         "no eye would notice",
-        look_for="The numbers are what a ray may add at most; each time it is sent on it becomes "
-        "less. Dashed rays are not sent, and nothing that would come of them",
+        look_for="Violet is the primary ray, blue what is reflected, green what is refracted, "
+        "orange goes to the light. The numbers are what a ray may add at most: less each time it "
+        "is sent on. Dashed rays are not sent, and nothing that would come of them",
         question="Why not simply stop at a smaller depth?",
         answer="A depth cuts strong rays as well: light through glass is worth following far, its "
         "weak reflections are not worth one step. The threshold asks what a ray is worth",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,14 +10,11 @@ from ..contract.structure import Structure
 from ..errors import InputError
 from ..progress import Progress
 from ..scene import Camera, Scene
-from ..scene.camera_rays import camera_axes
 from ..scene.whitted import batches_of, lights_for, rays_of_film
 from ..scene.whitted.film import Film
 from ..scene.whitted.trees import Trees
-from .drawing import BLUE, GREEN, ORANGE, Colour, extent_of
-from .heat_map import camera_of
+from .drawing import BLUE, GREEN, ORANGE, Colour
 from .one_ray import RAY
-from .picture import Mark
 
 COLOURS: tuple[Colour, ...] = (RAY, ORANGE, BLUE, GREEN)
 """Of primary, shadow, reflected and refracted rays."""
@@ -134,14 +130,3 @@ def rays_of_picture(
         film, objects, origins, ends, directions, classes, depths, samples, strengths,
         np.concatenate(ledger.amounts),
     )  # fmt: skip
-
-
-def legend(scene: Scene, texts: Sequence[tuple[str, Colour]]) -> list[Mark]:
-    """Return texts in their colours below each other, beside a scene as its camera sees it."""
-    _, right, up = camera_axes(camera_of(scene))
-    size = extent_of(scene)
-    top = 0.5 * (scene.lower + scene.upper) + size * (0.45 * up - 0.85 * right)
-    return [
-        Mark(top - 0.07 * line * size * up, text, colour[:3], line)
-        for line, (text, colour) in enumerate(texts)
-    ]
