@@ -40,21 +40,17 @@ NOWHERE = np.int32(-1)
 class Instances(NamedTuple):
     """Instances as the kernels see them, in any order.
 
-    What a scene holds of each instance is not copied, but looked up at its place there.
-
     Attributes
     ----------
     ids : (n,) int32
     reach : (3,) float64
-    places : (n,) int32
-        Of each instance among the boxes, masks and first primitives.
     boxes : (n, 6) float64
     to_object : (n, 3, 4) float64
         From the instance's space to the mesh's.
     mesh : (n,) int32
         NOWHERE for a singular matrix.
     masks : (n,) uint8
-    first : (n + 1,) int64
+    first : (n,) int64
         Number of the first primitive of each.
     forest : NamedTuple of arrays
         The hierarchies of all meshes.
@@ -70,7 +66,6 @@ class Instances(NamedTuple):
 
     ids: np.ndarray
     reach: np.ndarray
-    places: np.ndarray
     boxes: np.ndarray
     to_object: np.ndarray
     mesh: np.ndarray
@@ -114,8 +109,8 @@ def solids_of_mesh(items, reach):
 def instances_of_mesh(items, reach):
     """Exchange the reach."""
     return Instances(
-        items.ids, reach, items.places, items.boxes, items.to_object, items.mesh, items.masks,
-        items.first, items.forest, items.roots, items.items, items.reaches, items.levels,
+        items.ids, reach, items.boxes, items.to_object, items.mesh, items.masks, items.first,
+        items.forest, items.roots, items.items, items.reaches, items.levels,
     )  # fmt: skip
 
 
@@ -143,11 +138,10 @@ def intersect_instance(geometry, index, ray, limit, number, workspace, log):
     Of what is hit within, t is moved into the interval of the instance's own box, as that of a
     triangle is into its: so no structure around loses it to rounding.
     """
-    place, mesh = whole(geometry.places[index]), whole(geometry.mesh[index])
-    first = geometry.first[place]
-    if mesh < 0 or (geometry.masks[place] & ray.mask) == 0:
+    first, mesh = geometry.first[index], whole(geometry.mesh[index])
+    if mesh < 0 or (geometry.masks[index] & ray.mask) == 0:
         return NO_HIT, first
-    enter, leave = span_box(geometry.boxes, place, ray, np.inf)
+    enter, leave = span_box(geometry.boxes, index, ray, np.inf)
     if enter > leave or enter > limit:
         return NO_HIT, first
     reach = geometry.reaches[mesh]
@@ -171,7 +165,7 @@ def intersect_instance(geometry, index, ray, limit, number, workspace, log):
 @implements(overlaps, Instances)
 def overlaps_instance(geometry, index, box):
     """Compare boxes."""
-    return boxes_overlap(geometry.boxes[whole(geometry.places[index])], box)
+    return boxes_overlap(geometry.boxes[index], box)
 
 
 @implements(clip_box, Instances)
@@ -181,17 +175,18 @@ def clip_instance(geometry, index, cell, box, polygon):
 
 @boxes_around.register
 def _(geometry: Instances) -> np.ndarray:
-    return geometry.boxes[geometry.places]
+    return geometry.boxes.copy()
 
 
 @hulls_of.register
 def _(geometry: Instances) -> tuple[np.ndarray, np.ndarray]:
-    return hulls_of_boxes(geometry.boxes[geometry.places])
+    return hulls_of_boxes(geometry.boxes)
 
 
 @in_order.register
 def _(geometry: Instances, order: np.ndarray) -> Instances:
     return geometry._replace(
-        ids=geometry.ids[order].astype(np.int32), places=geometry.places[order],
+        ids=geometry.ids[order].astype(np.int32), boxes=geometry.boxes[order],
         to_object=geometry.to_object[order], mesh=geometry.mesh[order],
+        masks=geometry.masks[order], first=geometry.first[order],
     )  # fmt: skip

@@ -283,16 +283,13 @@ class Structure(abc.ABC):
         """Return the bytes of the structure's arrays, without the scene's triangles.
 
         Over instances, the trees of their meshes are among them, and what a walk has to know of
-        each instance beside what the scene holds.
+        each instance.
         """
-        of_scene = {id(array) for array in arrays_in(self.scene.geometry)}
         parts, geometry = [self.arrays], self.geometry
         for _ in range(self.levels):
             parts.append(geometry._replace(items=()))
             geometry = geometry.items
-        return sum(
-            array.nbytes for part in parts for array in arrays_in(part) if id(array) not in of_scene
-        )
+        return sum(array.nbytes for part in parts for array in arrays_in(part))
 
     def answered(self, rays: Rays) -> dict[str, Any]:
         """Return, by class, which structure within this one answers which share of rays.

@@ -43,9 +43,9 @@ def instances_of(
     forest, roots, items = forest_of(geometry.meshes, settings, progress)
     to_object, is_singular = inverted(geometry.matrices)
     return Instances(
-        geometry.ids, geometry.reach, np.arange(len(geometry.ids), dtype=np.int32), geometry.boxes,
-        to_object, np.where(is_singular, NOWHERE, geometry.which).astype(np.int32), geometry.masks,
-        geometry.first, forest, roots, items,
+        geometry.ids, geometry.reach, geometry.boxes, to_object,
+        np.where(is_singular, NOWHERE, geometry.which).astype(np.int32), geometry.masks,
+        geometry.first[:-1].copy(), forest, roots, items,
         np.array([mesh.reach for mesh in geometry.meshes]), levels_of_mesh(geometry),
     )  # fmt: skip
 
