@@ -58,15 +58,22 @@ GENERIC = ("random lines", "camera", "inside", "short", "long", "shifted")
 DIRECTIONS_26 = np.array([d for d in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
 
 
+DIRECTIONAL = set(structures()) - set(general_structures())
+"""For some classes of rays only; routed leads there, too: test_directional.py goes that way."""
+
+
+def choices_of(field):
+    """The choices of a setting that serve rays of any class, over any scene."""
+    return [choice for choice in field.metadata["choices"] or () if choice not in DIRECTIONAL]
+
+
 def settings_variants(structure):
     """Texts of --structure after the name: defaults, each choice and switch, and the extras."""
     texts = [""]
     for field in dataclasses.fields(structure.Settings):
         if isinstance(field.default, bool):
             texts.append(f"{key_of(field)}={str(not field.default).lower()}")
-        texts += [
-            f"{key_of(field)}={c}" for c in field.metadata["choices"] or () if c != field.default
-        ]
+        texts += [f"{key_of(field)}={c}" for c in choices_of(field) if c != field.default]
     return texts + VARIANTS.get(structure.name, [])
 
 

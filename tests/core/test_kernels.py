@@ -14,7 +14,7 @@ import numpy as np
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST
 from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.rays import Rays
-from accelscope.core.structures import general_structures
+from accelscope.core.structures import general_structures, structures
 from accelscope.core import kernels
 from accelscope.sample_scenes import make_sample
 scene = make_sample("tetra:size=2")
@@ -25,10 +25,12 @@ o = np.concatenate([o, vertices[:24] - 2 * axis, vertices[:24]])
 d = np.concatenate([d, axis, axis[::-1]])
 rays = Rays.from_arrays(o, d)
 out = {"numba": kernels.has_numba()}
+directional = set(structures()) - set(general_structures())
 for name, structure in general_structures().items():
     made = [structure.Settings()]
     for field in dataclasses.fields(structure.Settings):
         others = field.metadata["choices"] or ((True,) if field.default is False else ())
+        others = [other for other in others if other not in directional]
         made += [structure.Settings(**{field.name: other}) for other in others
                  if other != field.default]
     for n, settings in enumerate(made):

@@ -23,6 +23,9 @@ SCENES = ("suzanne", "mess", "cubes")
 MORE_SCENES = {"size_bits": ["teapot_in_stadium"]}
 """For settings that change nothing in those: large triangles around small ones."""
 
+DIRECTIONAL = set(structures()) - set(general_structures())
+"""Which routed leads to as well: these need a light, or a camera's rays."""
+
 FIELDS = [
     (name, field)
     for name, entry in general_structures().items()
@@ -44,7 +47,7 @@ def values_of(field):
     """Return values of a setting of every kind: all choices, or the default and some others."""
     default, meta = field.default, field.metadata
     if meta["choices"]:
-        return list(meta["choices"])
+        return [choice for choice in meta["choices"] if choice not in DIRECTIONAL]
     if isinstance(default, bool):
         return [False, True]
     if isinstance(default, tuple):
