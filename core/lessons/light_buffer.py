@@ -329,6 +329,8 @@ def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     progress.report(3, 4, "Choosing rays")
     counts = {cuts: counted_rays for cuts, (_, counted_rays) in traced.items()}
     is_blocked = traced[True][0].primitive >= 0
+    # What is recorded first is compiled now, and not at the first picture.
+    buffers[True].record(rays, 0, ANY)
     return ShadowRays(buffers, light, rays, Traced(counts, of_bvh, is_blocked))
 
 

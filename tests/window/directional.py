@@ -10,18 +10,18 @@ panel says so by itself, and the cells fade; moved back, both is gone.
 from __future__ import annotations
 
 import sys
+from math import radians
 from pathlib import Path
 
 import bpy
+from mathutils import Euler, Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
 from guide import (
     build,
-    frame,
     install,
     open_wide_tab,
     results,
-    sample,
     session,
     settings,
     station,
@@ -42,11 +42,12 @@ def place(data: bpy.types.ID, location: tuple, rotation: tuple = (0.0, 0.0, 0.0)
     bpy.context.collection.objects.link(obj)
 
 
-def see_all() -> None:
-    """Look at the monkey and at what stands around it."""
-    bpy.ops.object.select_all(action="SELECT")
-    frame()
-    bpy.ops.object.select_all(action="DESELECT")
+def look_at(place: tuple, distance: float) -> None:
+    """Look at a place from the front, left of the sidebar."""
+    view = session.area().spaces[0].region_3d
+    view.view_rotation = Euler((radians(72), 0.0, radians(28))).to_quaternion()
+    view.view_distance = distance
+    view.view_location = Vector(place) + view.view_rotation @ Vector((0.14 * distance, 0.0, 0.0))
 
 
 @session.step
@@ -54,14 +55,13 @@ def prepare() -> Steps:
     """A monkey, a lamp, a camera."""
     install()
     yield from open_wide_tab()
-    sample("suzanne", subdivisions=0)
     for obj in list(bpy.context.scene.objects):
-        if obj.type in ("LIGHT", "CAMERA"):
-            bpy.data.objects.remove(obj)
+        bpy.data.objects.remove(obj)
+    bpy.ops.mesh.primitive_monkey_add()
     place(bpy.data.lights.new("Lamp", "POINT"), (-2.0, -1.5, 1.0))
     place(bpy.data.cameras.new("Eye"), (3.5, -3.5, 1.0), (1.35, 0.0, 0.78))
     bpy.context.scene.camera = bpy.data.objects["Eye"]
-    see_all()
+    look_at((-1.0, -0.8, 0.4), 5.0)
     yield 1.0
 
 
@@ -77,7 +77,7 @@ def around_the_lamp() -> Steps:
     yield 1.0
     station("light_buffer_level")
     settings().display.depth_min, settings().display.depth_max = 0, 100
-    assert said() == "Up to date"
+    yield lambda: said() == "Up to date"
 
 
 @session.step
@@ -93,21 +93,11 @@ def the_lamp_moves() -> Steps:
 
 
 @session.step
-def without_rays() -> Steps:
-    """Camera rays are refused in one line."""
-    settings().workload = "camera"
-    rays = settings().workloads.camera
-    rays.width = rays.height = 24
-    yield from session.press("accelscope.trace(")
-    yield 2.0
-    station("refused")
-
-
-@session.step
 def before_the_camera() -> Steps:
     """The cells of the picture stand before the camera."""
     settings().structure = "image_directory"
     yield from build()
+    look_at((1.0, -1.0, 0.4), 7.0)
     yield 1.0
     station("image_directory")
     eye = bpy.data.objects["Eye"]
@@ -125,9 +115,12 @@ def both_in_routed() -> Steps:
     settings().structure = "routed"
     routed = settings().structures.routed
     routed.primary, routed.shadow = "image_directory", "light_buffer"
-    settings().workloads.camera.shadows = True
+    settings().workload = "camera"
+    rays = settings().workloads.camera
+    rays.width, rays.height, rays.shadows = 24, 24, True
     yield from build()
     yield from trace()
+    look_at((0.5, -1.0, 0.4), 9.0)
     yield 1.0
     routes = results().record["trace"]["routes"]
     assert [routes[kind]["structure"] for kind in ("primary", "shadow")] == [
@@ -143,9 +136,17 @@ def across_a_sun() -> Steps:
     place(bpy.data.lights.new("Sun", "SUN"), (0.0, 0.0, 3.0), (0.5, -0.4, 0.0))
     settings().structure = "light_buffer"
     yield from build()
-    see_all()
+    look_at((0.0, 0.0, 0.8), 9.0)
     yield 1.0
     station("sun")
+
+
+@session.step
+def without_rays() -> Steps:
+    """Camera rays are refused in one line."""
+    yield from session.press("accelscope.trace(")
+    yield 2.0
+    station("refused")
 
 
 session.run()
