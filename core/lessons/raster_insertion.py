@@ -13,6 +13,7 @@ ray and were not drawn in its cell, as the structure has counted them.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,7 +48,7 @@ SIZE = 0.62
 """Edge of a board, in diagonals of the scene."""
 
 MOST_PIXELS = 9216
-"""Pixels that are drawn on the board; of more, none are."""
+"""Pixels that are drawn on the board; of more, every second of every second row, and so on."""
 
 ACROSS = np.array([0.81, 0.59, 0.0])
 """Along the boards, upright before those who look from the front right."""
@@ -223,14 +224,19 @@ class RasterInsertion(Play):
 
     def image_board(self) -> list[Lines | Faces]:
         """Return the image."""
-        parts: list[Lines | Faces] = []
         squares, number = self.squares(0, len(self.drawn_items))
+        every = math.ceil(math.sqrt(len(squares) / MOST_PIXELS))
+        if every > 1:
+            # The lower left of so many times so many pixels stands for all of them.
+            side = math.isqrt(len(squares))
+            chosen = np.arange(len(squares)).reshape(side, side)[::every, ::every].ravel()
+            corner = squares[chosen, :1]
+            squares, number = corner + every * (squares[chosen] - corner), number[chosen]
         is_there = self.drawn_items.ravel()[number] >= 0
-        if is_there.sum() <= MOST_PIXELS:
-            colours = opaque(self.colours().reshape(-1, 3)[number[is_there]])
-            colours[:, 3] = 0.75
-            parts.append(Faces(halves(squares[is_there]), np.repeat(colours, 2, axis=0)))
-        return [*parts, self.rulings(0)]
+        colours = opaque(self.colours().reshape(-1, 3)[number[is_there]])
+        colours[:, 3] = 0.75
+        faces = Faces(halves(squares[is_there]), np.repeat(colours, 2, axis=0))
+        return [faces, self.rulings(0)]
 
     def cell_board(self, shown: str) -> list[Lines | Faces]:
         """Return the cells, tinted by what is missed, or listed."""

@@ -356,6 +356,23 @@ def test_one_item_covers_what_lies_behind_it(lab):
     assert not np.isfinite(without.lists.far).any()
 
 
+def test_a_cell_whose_parts_would_list_as_much_is_not_divided(lab):
+    """Twenty triangles on top of each other: all are seen through all parts of the face below."""
+    plane = np.array([[-50.0, -50, -1], [50, -50, -1], [0, 80, -1]])
+    scene = Scene.from_triangles(
+        np.tile(plane, (20, 1, 1)), "twenty", lights=point_lights((0.0, 0.0, 0.0))
+    )
+    text = "full_occlusion=false,max_list_size=8,max_depth=3"
+    structure = built(lab, LIGHT_BUFFER, scene, text)
+    lists, squares = structure.lists, structure.squares
+    below = squares.face == 5
+    assert below.sum() == 1
+    assert lists.last[below] - lists.first[below] == 20
+    # To the sides they are seen through the lower half alone, and through all of that.
+    for face in range(4):
+        assert squares.depth[squares.face == face].tolist() == [0, 1, 1, 1, 1]
+
+
 def test_exact_insertion_lists_no_cell_that_a_triangle_does_not_touch(lab):
     """A right triangle in the plane before the origin: cells on and below its long side."""
     triangle = np.array([[[-1.0, -1, 1], [1, -1, 1], [-1, 1, 1]]])
