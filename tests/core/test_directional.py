@@ -495,6 +495,22 @@ def test_routed_sends_each_class_to_its_directional_structure(lab):
             break
 
 
+def test_a_ray_along_an_edge_of_the_cube_goes_through_the_first_of_its_faces(lab):
+    """x before y before z, in the walk as where cells are asked for."""
+    triangle = np.array([[[-3.0, -3, -2], [3, -3, -2], [0, 4, -2]]])
+    scene = Scene.from_triangles(triangle, "one", lights=point_lights((0.0, 0.0, 0.0)))
+    for text in ("", "division=uniform,cells=3"):
+        structure = built(lab, LIGHT_BUFFER, scene, text)
+        ways = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
+        rays = Rays.from_arrays(ways, -ways, 1.0, queries=ANY, classes=1, class_names=CLASS_NAMES,
+                                targets=0)  # fmt: skip
+        for index, way in enumerate(ways):
+            cell = structure.record(rays, index).cell[0]
+            axis = int(np.abs(way).argmax())
+            assert cell == structure.cell_of(0, way)
+            assert structure.squares.face[cell] == 2 * axis + (way[axis] < 0.0)
+
+
 def test_a_place_on_the_border_belongs_to_one_cell(lab):
     scene = lit(lab.small_scene("suzanne"))
     lists = built(lab, LIGHT_BUFFER, scene, "division=uniform,cells=7").lists
