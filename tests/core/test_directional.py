@@ -356,6 +356,18 @@ def test_one_item_covers_what_lies_behind_it(lab):
     assert not np.isfinite(without.lists.far).any()
 
 
+def test_a_cell_up_to_the_border_of_an_item_is_not_covered(lab):
+    """A ray along that border may pass beside the item; cells a little inside are covered."""
+    triangle = np.array([[[0.0, -50, -1], [0, 50, -1], [90, 0, -1]]])
+    scene = Scene.from_triangles(triangle, "one", lights=point_lights((0.0, 0.0, 0.0)))
+    for size, begin in ((2, 1), (3, 2)):
+        structure = built(lab, LIGHT_BUFFER, scene, f"division=uniform,cells={size}")
+        cover = structure.lists.cover.reshape(6, size, size)[5]
+        # With two cells in a row the border of the item is that of the second one.
+        is_inside = (np.arange(size) >= begin) & (size == 3)
+        assert np.array_equal(cover == 0, np.tile(is_inside, (size, 1)))
+
+
 def test_a_cell_whose_parts_would_list_as_much_is_not_divided(lab):
     """Twenty triangles on top of each other: all are seen through all parts of the face below."""
     plane = np.array([[-50.0, -50, -1], [50, -50, -1], [0, 80, -1]])
