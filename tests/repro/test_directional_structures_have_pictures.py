@@ -38,7 +38,7 @@ def scenes():
 def test_all_cells_are_seen(name, tmp_path):
     kind = DIRECTIONAL[name]
     for scene in scenes():
-        structure = kind.build(scene, kind.Settings())
+        structure = kind.build(scene, kind.Settings(max_depth=5))
         cells = structure.cells()
         camera = camera_aside(scene, cells.boxes, CAMERA in kind.needs)
         view = View(scene, camera)
