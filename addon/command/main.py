@@ -176,8 +176,9 @@ def list_json() -> str:
 
 
 def counts_and_figures(structure: Any) -> dict[str, Any]:
-    """Return what the records of a structure hold beside what all do, with meanings."""
+    """Return for which rays a structure is (null for all), what its records hold, with meanings."""
     return {
+        "answers": None if structure.answers is None else list(structure.answers),
         "counters": [
             {"name": each.name, "label": each.label, "meaning": each.meaning}
             for each in structure.COUNTERS
@@ -203,6 +204,8 @@ def list_text() -> str:
                     text += f"; {only_for_in_words(row['only_for'])}"
                 lines.append(f"      {assignment}  {text}")
             if kind == "structures":
+                if entry.answers is not None:
+                    lines.append(f"      for {' and '.join(entry.answers)} rays only")
                 lines.append("      per ray: " + ", ".join(each.name for each in entry.COUNTERS))
                 lines.append("      figures: " + ", ".join(each.key for each in entry.FIGURES))
         lines.append("")

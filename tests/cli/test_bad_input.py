@@ -41,7 +41,7 @@ def test_arguments(refused, arguments, words):
         (
             "--structure",
             "tree",
-            "no structure 'tree'; known are: bsp, bvh, grid, kdtree, macro_grid, naive, octree",
+            "no structure 'tree'; known are: bsp, bvh, grid, image_directory, kdtree, light_buffer",
         ),
         ("--structure", "", "no structure ''; known are: "),
         ("--structure", "all:bins=3", "all"),
@@ -67,7 +67,11 @@ def test_arguments(refused, arguments, words):
         ("--structure", "grid:density=0", "density must be at least 1e-06"),
         ("--structure", "grid:padding=-0.1", "padding must be at least 0"),
         ("--structure", "grid:mailbox=perhaps", "mailbox takes true or false, not 'perhaps'"),
-        ("--rays", "moon", "no rays 'moon'; known are: camera, random_lines, file"),
+        (
+            "--rays",
+            "moon",
+            "no rays 'moon'; known are: camera, whitted, ambient, random_lines, file",
+        ),
         ("--rays", "camera:focus=3", "'focus'; its settings are: from, at, up, fov, width"),
         ("--rays", "camera:width=0", "width must be at least 1"),
         ("--rays", "camera:width=65536,height=65536", "of memory"),

@@ -66,13 +66,27 @@ def test_list_as_json(run):
 
 
 def test_whatever_list_shows_as_default_can_be_given(run, evaluate):
-    for entry in json.loads(run("list", "--json").out)["structures"]:
+    listed = json.loads(run("list", "--json").out)["structures"]
+    assert {entry["name"]: entry["answers"] for entry in listed if entry["answers"]} == {
+        "light_buffer": ["shadow"],
+        "image_directory": ["primary"],
+    }
+    for entry in listed:
         texts = []
         for row in entry["settings"]:
             value = row["default"]
             text = "x".join(map(str, value)) if isinstance(value, list) else json.dumps(value)
             texts.append(f"{row['key']}={text.strip(chr(34))}")
         spec = f"{entry['name']}:{','.join(texts)}"
+        if entry["answers"]:
+            # As the structure of a route, whose settings stand in quotes.
+            route, name = entry["answers"][0], entry["name"]
+            rest = spec.partition(":")[2]
+            spec = f'routed:{route}={name},{route}_settings="{rest}"'
+            (record,) = evaluate(TETRA, "--structure", spec, "--rays", CAMERA)
+            (plain,) = evaluate(TETRA, "--structure", f"routed:{route}={name}", "--rays", CAMERA)
+            assert record["statistics"] == plain["statistics"]
+            continue
         (record,) = evaluate(TETRA, "--structure", spec, "--rays", CAMERA)
         (plain,) = evaluate(TETRA, "--structure", entry["name"], "--rays", CAMERA)
         assert record["structure"] == plain["structure"]
