@@ -51,7 +51,7 @@ REMEMBERING = ["last_occluder=light", "last_occluder=cell"]
 def combinations(texts):
     """All scenes with all settings; most of them are for long runs only."""
     return [
-        pytest.param(name, text, marks=[] if text in QUICK or name == "teapot"
+        pytest.param(name, text, marks=[] if text in QUICK and name in SHORT
                      else pytest.mark.exhaustive)
         for name in SCENES
         for text in texts
@@ -59,6 +59,7 @@ def combinations(texts):
 
 
 LONG = [pytest.param(name, marks=pytest.mark.exhaustive) for name in SCENES if name != "teapot"]
+SHORT = ("suzanne", "mess", "cubes", "teapot", "gears")
 QUICK = ("", "division=uniform,cells=7,insert=box", "last_occluder=cell")
 
 
