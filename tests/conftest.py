@@ -14,10 +14,6 @@ import pytest
 from accelscope.addon.command.main import main
 from accelscope.core.evaluation.pages import view
 
-# Whoever starts tests in the background of a script has Ctrl-C ignored, in them and in all that
-# they start; stops could not be tested so.
-signal.signal(signal.SIGINT, signal.default_int_handler)
-
 CASES = Path(__file__).parent / "repro" / "cases"
 
 TOY = """
@@ -34,6 +30,18 @@ def sum_of_squares(values):
         total += square(values[i])
     return total
 """
+
+
+@pytest.fixture(autouse=True)
+def heard() -> None:
+    """Let every test begin with Ctrl-C and requests to terminate being heard.
+
+    Whoever starts tests in the background of a script has Ctrl-C ignored, in them and in all that
+    they start; and a command that ends its process leaves both ignored, which a test that runs one
+    does not end.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
