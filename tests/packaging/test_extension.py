@@ -15,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-from accelscope.core.structures import structures
+from accelscope.core.structures import general_structures
 from packaging.requirements import Requirement
 
 pytestmark = pytest.mark.packaging
@@ -130,7 +130,7 @@ def test_pip_wheel_holds_all_modules_and_data(build_extension: ModuleType, tmp_p
     assert not [name for name in names_in(wheel) if name.startswith("accelscope/tests")]
 
 
-ALL = tuple(sorted(structures()))
+ALL = tuple(sorted(general_structures()))
 FEW = ("bvh", "grid", "kdtree")
 
 
