@@ -32,10 +32,10 @@ from ..scene import Scene
 from .build_log import BuildLog
 from .cells import Cells
 from .counters import Counter, Counts, counters_within
-from .events import COUNTS, N_EVENTS, TEST, Log, NoLog, make_log, no_log
+from .events import COUNTS, N_EVENTS, NONE, TEST, Log, NoLog, make_log, no_log
 from .figures import Figure
 from .needs import EVERY_CLASS, GEOMETRY, refuse_other_classes
-from .ray_order import AUTOMATIC, order_of, taken
+from .ray_order import AS_GIVEN, AUTOMATIC, order_of, taken
 from .statistics import Statistics
 from .steps import Steps
 from .walk import NOWHERE, walk
@@ -210,6 +210,15 @@ class Structure(abc.ABC):
         return (*self.COUNTERS, *counters_within(self.levels))
 
     @property
+    def remembered(self) -> np.ndarray:
+        """What walks leave to those after them, (k,) int32; by default nothing.
+
+        It is forgotten before each batch, and the rays of that are then traced one after the other,
+        in the caller's order.
+        """
+        return np.empty(0, np.int32)
+
+    @property
     def has_mailbox(self) -> bool:
         """Whether the walk needs a mailbox."""
         return False
@@ -323,7 +332,8 @@ class Structure(abc.ABC):
         threads : int
             0 takes every core.
         ray_order : {"automatic", "as_given", "sorted"}
-            In which order rays are traced, see :mod:`.ray_order`. Results are the same.
+            In which order rays are traced, see :mod:`.ray_order`. Results are the same. Both say
+            nothing where walks leave something to others (:attr:`remembered`).
 
         Raises
         ------
@@ -349,6 +359,9 @@ class Structure(abc.ABC):
         arrays = rays.arrays()
         if query is not None:
             arrays = arrays._replace(queries=np.full(count, query, dtype=np.uint8))
+        if len(self.remembered):
+            self.remembered[:] = NONE
+            threads, ray_order = 1, AS_GIVEN
         box = np.concatenate([self.scene.lower, self.scene.upper])
         order = order_of(arrays, box, len(self.scene), ray_order, threads, progress)
         t, primitive, counters = self._trace_all(arrays, order, threads, progress)
@@ -409,6 +422,9 @@ class Structure(abc.ABC):
         RuntimeError
             For a defect: the walk does not come to an end.
         """
+        if len(self.remembered):
+            # It finds what those before it have left.
+            self.trace(rays.select(np.arange(index)), query)
         arrays = rays.select(np.array([index])).arrays()
         if query is not None:
             arrays = arrays._replace(queries=np.full(1, query, dtype=np.uint8))

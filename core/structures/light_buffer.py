@@ -30,14 +30,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..contract.counters import Counts
 from ..contract.needs import GEOMETRY, LIGHTS
-from ..contract.ray_order import AS_GIVEN, AUTOMATIC
-from ..contract.steps import Steps
-from ..contract.structure import Hits
 from ..contract.walk import walk
 from ..errors import InputError
-from ..geometry.rays import Rays
 from ..kernels import implements, inlined, whole
 from ..progress import SILENT, Progress
 from ..scene import LIGHT_KINDS, SUN, Scene
@@ -260,31 +255,10 @@ class LightBuffer(Directional):
         ends = np.append(self.arrays.first_face[1:], len(self.faces.origins))
         return np.repeat(np.arange(len(ends)), ends - self.arrays.first_face)
 
-    def trace(
-        self,
-        rays: Rays,
-        query: int | None = None,
-        *,
-        threads: int = 0,
-        ray_order: str = AUTOMATIC,
-        progress: Progress = SILENT,
-    ) -> tuple[Hits, Counts]:
-        """Trace shadow rays; see :meth:`Structure.trace`.
-
-        What is remembered is forgotten before, so that every batch begins alike.
-        """
-        if len(self.arrays.last):
-            self.arrays.last[:] = NONE
-            threads, ray_order = 1, AS_GIVEN
-        return super().trace(rays, query, threads=threads, ray_order=ray_order, progress=progress)
-
-    def record(self, rays: Rays, index: int, query: int | None = None) -> Steps:
-        """Record the walk of one ray, as it is where those before it have been remembered."""
-        if len(self.arrays.last) and index > 0:
-            self.trace(rays.select(np.arange(index)), query)
-        elif len(self.arrays.last):
-            self.arrays.last[:] = NONE
-        return super().record(rays, index, query)
+    @property
+    def remembered(self) -> np.ndarray:
+        """The last occluders."""
+        return self.arrays.last
 
 
 STRUCTURE = LightBuffer

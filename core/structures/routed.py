@@ -236,8 +236,10 @@ class Routed(Structure):
 
     def record(self, rays: Rays, index: int, query: int | None = None) -> Steps:
         """Record the walk of one ray through the part that it goes to."""
-        k = int(self.parts_of(rays)[index])
-        steps = self.parts[k].record(rays, index, query)
+        part_of = self.parts_of(rays)
+        k = int(part_of[index])
+        which = np.flatnonzero(part_of == k)
+        steps = self.parts[k].record(rays.select(which), int(np.searchsorted(which, index)), query)
         is_own = (steps.cell >= 0) & (steps.level == 0)
         cell = steps.cell.copy()
         cell[is_own] = self._number(k, cell[is_own])
