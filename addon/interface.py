@@ -49,9 +49,10 @@ def load(source: str, *, instances: str = KEEP) -> Scene:
     source : str
         As on the command line: a mesh file (OBJ, PLY, STL, GLB, glTF, OFF), a .blend, or
         ``"sample:tetra:size=5"``.
-    instances : {"keep", "flatten"}
+    instances : {"keep", "objects", "flatten"}
         What becomes of meshes that are in several places: each once, with a matrix for each of its
-        places; or all triangles in world space. What holds instances has ``.flat()``, too.
+        places, and with "objects" those in one place, too; or all triangles in world space. What
+        holds instances has ``.flat()``, too.
 
     Raises
     ------
@@ -96,6 +97,10 @@ def instances(
     matrices: np.ndarray,
     masks: np.ndarray | int = EVERY_OBJECT,
     name: str = "instances",
+    *,
+    instance_ids: np.ndarray | int = 0,
+    hit_groups: np.ndarray | int = 0,
+    flags: np.ndarray | int = 0,
 ) -> Scene:
     """Return a scene of meshes in places, each mesh kept once.
 
@@ -113,6 +118,8 @@ def instances(
         From the space of the mesh to that of the scene.
     masks : (n,) int, optional
         A ray meets an instance if its own mask, 255 by default, has a bit in common with this one.
+    instance_ids, hit_groups, flags : (n,) int, optional
+        What else DXR has of an instance, for shaders.
 
     Raises
     ------
@@ -120,7 +127,10 @@ def instances(
         If there is no instance, a number is not finite, or meshes are of different kinds.
     """
     scenes = [mesh if isinstance(mesh, Scene) else scene(mesh) for mesh in meshes]
-    geometry = instanced([each.geometry for each in scenes], which, matrices, masks)
+    geometry = instanced(
+        [each.geometry for each in scenes], which, matrices, masks, instance_ids=instance_ids,
+        hit_groups=hit_groups, flags=flags,
+    )  # fmt: skip
     names = tuple(f"{each.name} {number}" for number, each in enumerate(scenes))
     return Scene.from_instances(geometry, name, object_ids=geometry.which, object_names=names)
 

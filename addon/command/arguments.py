@@ -219,7 +219,7 @@ def scenes_of(
 
     Parameters
     ----------
-    instances : {KEEP, FLATTEN}
+    instances : {KEEP, OBJECTS, FLATTEN}
         See :mod:`...core.scene.placing`.
 
     Raises
@@ -259,7 +259,7 @@ def open_scene(argument: str, instances: str = KEEP) -> Scene:
 
     Parameters
     ----------
-    instances : {KEEP, FLATTEN}
+    instances : {KEEP, OBJECTS, FLATTEN}
         See :mod:`...core.scene.placing`.
 
     Raises
@@ -269,7 +269,7 @@ def open_scene(argument: str, instances: str = KEEP) -> Scene:
     """
     if argument.startswith("sample:"):
         made = make_sample(argument.removeprefix("sample:"))
-        return made if instances == KEEP else made.flat()
+        return made.flat() if instances == FLATTEN else made
     if argument.lower().endswith(".blend"):
         refuse_if_no_file(argument)
         try:

@@ -21,11 +21,13 @@ import numpy as np
 
 from ...core.errors import InputError
 from ...core.evaluation.records.environment import set_blender_version
+from ...core.geometry.instance_settings import InstanceSettings
 from ...core.progress import SILENT, Progress
 from ...core.reading import refuse_if_no_file
 from ...core.scene import Scene
 from ...core.scene.material import WHITE, Material
 from ...core.scene.placing import KEEP, Mesh, PlacedMesh, Solids, scene_of
+from ..settings import instances as instances_of_objects
 from ..settings import solids
 from ..standard_streams import others_kept_silent
 from ..stopping import held
@@ -60,6 +62,7 @@ class ListedMesh(NamedTuple):
     name: str
     obj: bpy.types.Object
     matrix: np.ndarray  # (4, 4) float64, to world space
+    descriptor: InstanceSettings
 
 
 # ----------------------------------------------------------------------------- reading Blender
@@ -83,7 +86,7 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
         solid = solid_of(found.obj.original)
         if solid is not None:
             names = names_of_slots(found.obj, found.obj.data)
-            parts.append(Part(found.key, found.name, solid, found.matrix, names))
+            parts.append(Part(found.key, found.name, solid, found.matrix, names, found.descriptor))
             continue
         address = found.obj.data.as_pointer()
         if address not in known:
@@ -91,7 +94,9 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
             known[address] = items_of(found.obj.original.data, mesh.digest) or mesh
         if known[address].digest:  # those without faces have none
             names = names_of_slots(found.obj, found.obj.data)
-            parts.append(Part(found.key, found.name, known[address], found.matrix, names))
+            parts.append(
+                Part(found.key, found.name, known[address], found.matrix, names, found.descriptor)
+            )
     if not parts:
         if scope == SELECTED:
             raise InputError(
@@ -117,7 +122,8 @@ def meshes_in_scope(depsgraph: bpy.types.Depsgraph, scope: str) -> Iterator[List
         key = (0 if itself else owner.session_uid, original.session_uid)
         name = original.name if itself else f"{owner.name}/{original.name}"
         matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
-        yield ListedMesh(key, name, obj, matrix)
+        descriptor = instances_of_objects.descriptor_of(original, owner)
+        yield ListedMesh(key, name, obj, matrix, descriptor)
 
 
 def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
@@ -178,7 +184,7 @@ class RawScene(NamedTuple):
     name, source : str
         See :class:`...core.scene.Scene`.
     view : View
-    instances : {"keep", "flatten"}
+    instances : {"keep", "objects", "flatten"}
         What becomes of them, see :mod:`...core.scene.placing`.
     """
 
@@ -195,7 +201,7 @@ class RawScene(NamedTuple):
         Parameters
         ----------
         scope : {"visible", "selected"}
-        instances : {"keep", "flatten"}
+        instances : {"keep", "objects", "flatten"}
 
         Raises
         ------
@@ -237,7 +243,9 @@ class RawScene(NamedTuple):
                 cut[id(mesh)] = Mesh(mesh.positions, triangles, slots)
             # What they are made of is put in their places by View.onto.
             materials = tuple(Material(name, WHITE) for name in part.materials)
-            objects.append(PlacedMesh(part.name, cut[id(mesh)], part.matrix, materials))
+            objects.append(
+                PlacedMesh(part.name, cut[id(mesh)], part.matrix, materials, part.descriptor)
+            )
         return scene_of(
             objects, self.instances, self.name, self.source,
             advice="hide some objects", progress=progress,
@@ -250,7 +258,7 @@ def extract(context: bpy.types.Context, scope: str, instances: str = KEEP) -> Sc
     Parameters
     ----------
     scope : {"visible", "selected"}
-    instances : {"keep", "flatten"}
+    instances : {"keep", "objects", "flatten"}
 
     Raises
     ------
@@ -271,7 +279,7 @@ def load_blend(path: str | Path, instances: str = KEEP) -> Scene:
 
     Parameters
     ----------
-    instances : {"keep", "flatten"}
+    instances : {"keep", "objects", "flatten"}
 
     Raises
     ------
@@ -281,6 +289,7 @@ def load_blend(path: str | Path, instances: str = KEEP) -> Scene:
     """
     set_blender_version(bpy.app.version_string)
     solids.register()
+    instances_of_objects.register()
     path = Path(path)
     refuse_if_no_file(path)
     try:

@@ -1,8 +1,8 @@
 """Fingerprints: what objects look like to a ray, to find out later whether they still do.
 
 A fingerprint is made of what Blender has evaluated: positions, corners and faces of meshes, and
-the matrices that place them. What no ray meets, such as materials, shading, names and selection,
-is no part of it.
+the matrices that place them; and of what objects say of themselves as instances. What no ray meets,
+such as materials, shading, names and selection, is no part of it.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import NamedTuple
 import bpy
 import numpy as np
 
+from ...core.geometry.instance_settings import InstanceSettings
 from .mesh_check import corner_vertices
 from .parts import Key, Part
 
@@ -35,11 +36,13 @@ class Digest(NamedTuple):
         A hash of each of its meshes.
     matrices : tuple of bytes
         See :func:`bytes_of_matrix`.
+    descriptors : tuple of InstanceSettings
     """
 
     name: str
     meshes: tuple[bytes, ...]
     matrices: tuple[bytes, ...]
+    descriptors: tuple[InstanceSettings, ...]
 
 
 class MeshHash:
@@ -103,10 +106,11 @@ def bytes_of_matrix(matrix: np.ndarray) -> bytes:
 def fingerprint(parts: Iterable[Part]) -> dict[Key, Digest]:
     """Return what every object looks like."""
     names: dict[Key, str] = {}
-    found: dict[Key, list[tuple[bytes, bytes]]] = {}
+    found: dict[Key, list[tuple[bytes, bytes, InstanceSettings]]] = {}
     for part in parts:
         names.setdefault(part.key, part.name)
-        found.setdefault(part.key, []).append((part.mesh.digest, bytes_of_matrix(part.matrix)))
+        place = part.mesh.digest, bytes_of_matrix(part.matrix), part.descriptor
+        found.setdefault(part.key, []).append(place)
     return {
         key: Digest(names[key], *map(tuple, zip(*places, strict=True)))
         for key, places in found.items()

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...core.geometry.instance_settings import PLAIN, InstanceSettings
 from ...core.geometry.solids.description import Item
 
 Key = tuple[int, int]
@@ -68,3 +69,4 @@ class Part:
     mesh: LocalMesh | Standing
     matrix: np.ndarray  # (4, 4) float64, to world space
     materials: tuple[str, ...] = ()
+    descriptor: InstanceSettings = PLAIN

@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 import bpy
 
+from ...core.geometry.instance_settings import PLAIN
 from ...core.progress import SILENT, Progress
 from ...core.scene import Scene
-from ...core.scene.placing import KEEP, is_shared
+from ...core.scene.placing import KEEP, OBJECTS, is_shared
 from . import extraction
 from .extraction import ListedMesh, RawScene
 from .fingerprint import Digest, MeshHash, bytes_of_matrix, fingerprint, movement
@@ -89,7 +90,7 @@ class Look:
     there : frozenset of int
         All objects that were in the view layer, in scope or not.
     instances : str
-        What became of instances, "keep" or "flatten"; empty if no mesh was in several places.
+        What became of instances; empty if it is the same whether they are kept or flattened.
     layers : dict of str to InLayer
         The view layers that it was compared with, by their names.
     """
@@ -110,7 +111,11 @@ class Look:
         """Return how the scene looks now, of which `parts` was taken."""
         layer = context.view_layer
         there = frozenset(obj.session_uid for obj in layer.objects)
-        matters = is_shared([part.mesh for part in parts])
+        matters = (
+            instances == OBJECTS
+            or is_shared([part.mesh for part in parts])
+            or any(part.descriptor != PLAIN for part in parts)
+        )
         uid = context.scene.session_uid
         look = cls(scope, uid, fingerprint(parts), there, instances if matters else "")
         # Of instances, those without faces are not among the digests, and would be counted here.
@@ -219,6 +224,8 @@ class Look:
         matrix = bytes_of_matrix(found.matrix)
         if matrix != before.matrices[number]:
             return f"{found.name} {movement(before.matrices[number], matrix)}"
+        if found.descriptor != before.descriptors[number]:
+            return f"what {found.name} says of itself as an instance has changed"
         if now != before.meshes[number]:
             return f"the geometry of {found.name} has changed"
         return ""
@@ -318,7 +325,7 @@ class Taken(NamedTuple):
         Parameters
         ----------
         scope : {"visible", "selected"}
-        instances : {"keep", "flatten"}
+        instances : {"keep", "objects", "flatten"}
 
         Raises
         ------

@@ -17,7 +17,7 @@ from bpy.app.handlers import persistent
 
 from ...core.errors import InputError
 from ...core.printing import show_integer
-from ...core.scene.placing import KEEP
+from ...core.scene.placing import FLATTEN, KEEP, OBJECTS
 from ...core.settings import has_effect
 from .. import handlers, jobs
 from ..drawing import overlay
@@ -35,6 +35,15 @@ if TYPE_CHECKING:  # importing them for real would import Numba, and make Blende
     from ...core.evaluation.records.experiment import Built, Traced
     from ...core.lessons.lesson import Lesson
     from ...core.lessons.moment import Moment
+
+
+TAKEN_SO = {
+    KEEP: "instances were kept",
+    OBJECTS: "every object was an instance",
+    FLATTEN: "instances were flattened",
+    "": "objects were no instances",
+}
+"""What to say of a scene that was taken with another setting; without a name it made no odds."""
 
 
 class Status(NamedTuple):
@@ -222,8 +231,8 @@ class Session:
         if root.scope != self.snapshot.look.scope:
             return "the scope was changed"
         taken_so = self.snapshot.look.instances
-        if taken_so not in ("", root.instances):
-            return f"instances were {'kept' if taken_so == KEEP else 'flattened'}"
+        if root.instances != taken_so and (taken_so or root.instances == OBJECTS):
+            return TAKEN_SO[taken_so]
         try:
             structure, settings = choices.structure_and_settings(root)
         except InputError as error:

@@ -26,7 +26,7 @@ from ...core.scene.placing import PlacingSettings
 from ..drawing import overlay
 from ..from_blender import extraction
 from ..results import lesson_view, session
-from . import solids
+from . import instances, solids
 from .generated import condition_of, enum_of, group_type, properties_of, property_of
 from .ranges import MOST, range_properties
 
@@ -304,8 +304,9 @@ def _root_of(scene: bpy.types.Scene) -> Any:
 
 
 def register() -> None:
-    """Give scenes their ``accelscope``, whose groups come on first use, and objects their solid."""
+    """Give scenes their ``accelscope``, whose groups come on first use, and objects their own."""
     solids.register()
+    instances.register()
     bpy.types.Scene.accelscope = property(_root_of)
 
 
@@ -313,6 +314,7 @@ def unregister() -> None:
     """Take it all away; the values stay in the file."""
     if bpy.app.timers.is_registered(_load_and_redraw):
         bpy.app.timers.unregister(_load_and_redraw)
+    instances.unregister()
     solids.unregister()
     del bpy.types.Scene.accelscope
     if _loaded:

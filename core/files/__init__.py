@@ -47,7 +47,7 @@ def load_mesh_file(path: str | Path, instances: str = KEEP) -> Scene:
 
     Parameters
     ----------
-    instances : {KEEP, FLATTEN}
+    instances : {KEEP, OBJECTS, FLATTEN}
         Of meshes that the file has in several places, see :mod:`..scene.placing`.
 
     Raises

@@ -149,17 +149,21 @@ class _Reader:
             names = [f"{name}/{number}" for number in range(len(matrices))]
         self._tally.add(len(shapes) * len(matrices) * BYTES_PER_INSTANCE)
         joints = self.nodes.of_joints(entry["skin"]) if "skin" in entry else None
+        descriptor = self.nodes.descriptor(node)
         for instance, matrix in zip(names, matrices):
             for shape in shapes:
                 if joints is None or shape.joints is None or shape.weights is None:
-                    yield PlacedMesh(instance + shape.name, shape.mesh, matrix, shape.materials)
+                    yield PlacedMesh(
+                        instance + shape.name, shape.mesh, matrix, shape.materials, descriptor
+                    )
                 else:
                     vertices, triangles, _ = shape.mesh
                     self._tally.add(vertices.nbytes)
                     there = moved_by_joints(vertices, shape.joints, shape.weights, joints)
                     yield PlacedMesh(
-                        instance + shape.name, Mesh(there, triangles), np.eye(4), shape.materials
-                    )
+                        instance + shape.name, Mesh(there, triangles), np.eye(4), shape.materials,
+                        descriptor,
+                    )  # fmt: skip
 
     # ------------------------------------------------------------------------------------ meshes
 

@@ -13,13 +13,17 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InputError
+from ..geometry.instance_settings import PLAIN, InstanceSettings, checked
 from ..memory import Tally
 from ..scene.placing import moved_vertices
+from ..settings import parse
 from .contents import BrokenFile
 from .gltf_accessors import Document, real, whole
 
 INSTANCING = "EXT_mesh_gpu_instancing"
 VISIBILITY = "KHR_node_visibility"
+EXTRAS = "accelscope_instance"
 
 BYTES_PER_INSTANCE = 1000  # its matrix while that is made, its name and its place
 
@@ -82,6 +86,21 @@ class Nodes:
             matrix = matrix @ _local_matrix(self.entries[below], f"node {below}")
             self._matrices[below] = matrix
         return matrix
+
+    def descriptor(self, node: int) -> InstanceSettings:
+        """Return what a node says of itself as an instance, among what is its author's own.
+
+        Such as ``"extras": {"accelscope_instance": {"mask": 1, "force_opaque": true}}``.
+        """
+        extras = self.entries[node].get("extras")
+        said = extras.get(EXTRAS) if isinstance(extras, dict) else None
+        if said is None:
+            return PLAIN
+        texts = {str(key): str(value) for key, value in dict(said).items()}
+        try:
+            return checked(parse(InstanceSettings, texts, EXTRAS), EXTRAS)
+        except InputError as error:
+            raise BrokenFile(f"node {node}: {error}") from error
 
     def matrices(self, node: int) -> np.ndarray | None:
         """Return the matrices, (n, 4, 4), of the instances at a node; None where it has none."""

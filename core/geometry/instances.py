@@ -15,6 +15,7 @@ import numpy as np
 from ..errors import InputError
 from .box_shape import box_segments, corners_of, hulls_of_boxes
 from .geometry import EVERY_OBJECT, boxes_around, hulls_of, lines_of, moved_by, normals_at
+from .instance_settings import MASK_BITS, NUMBER_BITS
 from .triangles import Triangles, reach_of
 
 PADDING = 8 * np.finfo(np.float64).eps
@@ -42,6 +43,9 @@ class Instanced(NamedTuple):
         Number of the first primitive of each instance, if all of them are counted.
     ids, reach
         As of every geometry.
+    instance_ids, hit_groups : (n,) int32
+    flags : (n,) uint8
+        Of the instances' descriptors, see :mod:`.instance_settings`.
     """
 
     meshes: tuple[Any, ...]
@@ -52,6 +56,9 @@ class Instanced(NamedTuple):
     first: np.ndarray
     ids: np.ndarray
     reach: np.ndarray
+    instance_ids: np.ndarray
+    hit_groups: np.ndarray
+    flags: np.ndarray
 
 
 def instanced(
@@ -59,6 +66,10 @@ def instanced(
     which: np.ndarray,
     matrices: np.ndarray,
     masks: np.ndarray | int = EVERY_OBJECT,
+    *,
+    instance_ids: np.ndarray | int = 0,
+    hit_groups: np.ndarray | int = 0,
+    flags: np.ndarray | int = 0,
 ) -> Instanced:
     """Put meshes into places.
 
@@ -68,13 +79,14 @@ def instanced(
         All of one kind.
     which : (n,) int
     matrices : (n, 3, 4) float
-    masks : (n,) int, optional
+    masks, instance_ids, hit_groups, flags : (n,) int, optional
+        Of the instances' descriptors, see :mod:`.instance_settings`.
 
     Raises
     ------
     InputError
-        If there is no instance, a number is not finite, there is no such mesh or mask, or the
-        meshes are not of one kind.
+        If there is no instance, a number is not finite, there is no such mesh, a number of a
+        descriptor has too many bits, or the meshes are not of one kind.
     """
     which = np.ascontiguousarray(which, dtype=np.int32)
     matrices = np.require(matrices, np.float64, ["C", "W"]).reshape(-1, 3, 4)
@@ -87,9 +99,13 @@ def instanced(
         raise InputError(
             f"instance {wrong[0]} is of mesh {which[wrong[0]]}; meshes are 0 to {len(meshes) - 1}"
         )
-    wrong = np.flatnonzero((np.ravel(masks) < 0) | (np.ravel(masks) > EVERY_OBJECT))
-    if len(wrong):
-        raise InputError(f"mask {np.ravel(masks)[wrong[0]]} is not from 0 to {EVERY_OBJECT}")
+    columns = [
+        _column(values, name, bits, len(which))
+        for values, name, bits in (
+            (masks, "mask", MASK_BITS), (instance_ids, "instance id", NUMBER_BITS),
+            (hit_groups, "hit group", NUMBER_BITS), (flags, "flags", MASK_BITS),
+        )
+    ]  # fmt: skip
     if not np.isfinite(matrices).all():
         bad = int((~np.isfinite(matrices).all(axis=(1, 2))).argmax())
         raise InputError(f"the matrix of instance {bad} is not finite; repair it")
@@ -102,11 +118,19 @@ def instanced(
     counts = np.array([primitives_in(mesh) for mesh in meshes], dtype=np.int64)
     first = np.concatenate([[0], np.cumsum(counts[which])])
     return Instanced(
-        tuple(meshes), which, matrices,
-        np.array(np.broadcast_to(masks, len(which)), dtype=np.uint8), boxes, first,
+        tuple(meshes), which, matrices, columns[0], boxes, first,
         np.arange(len(which), dtype=np.int32),
-        reach_of(boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)),
+        reach_of(boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)), *columns[1:],
     )  # fmt: skip
+
+
+def _column(values: np.ndarray | int, name: str, bits: int, count: int) -> np.ndarray:
+    """Return numbers of so many bits, one of each instance."""
+    values = np.broadcast_to(values, count)
+    wrong = np.flatnonzero((values < 0) | (values >= 2**bits))
+    if len(wrong):
+        raise InputError(f"{name} {values[wrong[0]]} is not from 0 to {2**bits - 1}")
+    return np.array(values, dtype=np.uint8 if bits == MASK_BITS else np.int32)
 
 
 def box_of(geometry: Any) -> np.ndarray:

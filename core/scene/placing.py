@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.instance_settings import PLAIN, InstanceSettings, checked
 from ..geometry.instances import Instanced, instanced, inverted, mirrors, moved_points
 from ..geometry.solids.description import Item, moved_item
 from ..geometry.solids.making import in_turn, mixed_of, mixed_of_triangles
@@ -25,7 +26,7 @@ from ..settings import setting
 from . import LARGEST, Scene, has_area, is_computable
 from .material import MATT, Material
 
-KEEP, FLATTEN = "keep", "flatten"
+KEEP, OBJECTS, FLATTEN = "keep", "objects", "flatten"
 
 BYTES_PER_TRIANGLE = 300  # at the peak of making a scene of them
 
@@ -42,6 +43,7 @@ class PlacingSettings:
         KEEP, "Instances", "What becomes of meshes that are in several places",
         choices={
             KEEP: "Each mesh once, and a matrix for each of its places",
+            OBJECTS: "Every object an instance of its mesh, in one place or in several",
             FLATTEN: "All triangles in world space, as if no mesh were in several places",
         },
     )  # fmt: skip
@@ -86,12 +88,15 @@ class PlacedMesh(NamedTuple):
         To world space.
     materials : tuple of Material
         What it is made of, by slot; matt, if there is none.
+    descriptor : InstanceSettings
+        What it says of itself as an instance.
     """
 
     name: str
     mesh: Mesh | Solids
     matrix: np.ndarray
     materials: tuple[Material, ...] = ()
+    descriptor: InstanceSettings = PLAIN
 
 
 class _Kept(NamedTuple):
@@ -135,12 +140,15 @@ def scene_of(
     Meshes that are in one place only stand in world space, and those that follow each other are one
     mesh, whose matrix is the identity. So what overlaps has one tree, made for the axes of the
     world, as it had without instances, and rays are not rounded on their way in. Only those that
-    follow each other, for the triangles of a scene have the same numbers either way.
+    follow each other, for the triangles of a scene have the same numbers either way; and only those
+    that say the same of themselves.
 
     Parameters
     ----------
-    instances : {KEEP, FLATTEN}
-        Kept are instances only where a mesh is in several places, and none stands for solids.
+    instances : {KEEP, OBJECTS, FLATTEN}
+        Kept are instances only where a mesh is in several places or an object has a descriptor of
+        its own, and none stands for solids. With OBJECTS no mesh stands in world space, but for
+        those that a matrix makes flat.
     advice : str
         What to do if there is too little memory.
 
@@ -152,19 +160,22 @@ def scene_of(
         From `progress`.
     """
     names = tuple(each.name for each in objects)
+    for each in objects:
+        checked(each.descriptor, f"{each.name} as an instance")
+    has_descriptors = any(each.descriptor != PLAIN for each in objects)
     meshes = [each.mesh for each in objects if isinstance(each.mesh, Mesh)]
     if len(meshes) < len(objects):
-        if instances == KEEP and is_shared(meshes):
+        if instances == OBJECTS or (instances == KEEP and (is_shared(meshes) or has_descriptors)):
             notes = (*notes, "its instances are flattened, for they are beside solids")
         return _of_items(objects, name, source, names, notes, advice, progress)
-    if instances == KEEP and is_shared(meshes):
+    if instances == OBJECTS or (instances == KEEP and (is_shared(meshes) or has_descriptors)):
         once = sum(len(mesh.triangles) for mesh in {id(mesh): mesh for mesh in meshes}.values())
         refuse_if_too_large(
             once * BYTES_PER_TRIANGLE + len(objects) * BYTES_PER_INSTANCE,
             f"{name} with {len(objects)} instances of {once} triangles", advice,
         )  # fmt: skip
         with np.errstate(all="ignore"):
-            kept = _kept(objects, meshes, progress)
+            kept = _kept(objects, meshes, instances, progress)
         if kept is not None:
             scene = Scene.from_instances(
                 kept.geometry, name, source, object_ids=kept.object_ids, object_names=names,
@@ -174,6 +185,8 @@ def scene_of(
             scene = dataclasses.replace(scene, object_first=np.cumsum([0, *counts]))
             return _surfaced(scene, objects, counts, kept.in_world)
         notes = (*notes, "its instances are flattened, for some cannot be computed with in place")
+    if has_descriptors and instances == FLATTEN:
+        notes = (*notes, "masks and what else instances say have no effect, for they are flattened")
     counts = [len(mesh.triangles) for mesh in meshes]
     total = sum(counts)
     if instances == FLATTEN and is_shared(meshes):
@@ -298,7 +311,7 @@ def _surfaced(
 
 
 def _kept(
-    objects: Sequence[PlacedMesh], meshes: Sequence[Mesh], progress: Progress
+    objects: Sequence[PlacedMesh], meshes: Sequence[Mesh], instances: str, progress: Progress
 ) -> _Kept | None:
     """Return instances, of the meshes of objects; None if they are better flattened.
 
@@ -316,16 +329,16 @@ def _kept(
         place = matrices[owner]
         if not len(mesh.triangles):
             continue
-        is_only = uses[id(mesh)] == 1
+        is_only = uses[id(mesh)] == 1 and instances == KEEP
         # Through a matrix that makes it flat no ray could be moved into a mesh.
         if is_only or (is_singular[owner] and place[:, :3].any()):
             world = _in_world(mesh, placed.matrix).astype(np.float64)
             if not _can_be_computed(world):
                 return None
             if is_only or has_area(world):
-                made.stands_there(world, owner)
+                made.stands_there(world, owner, placed.descriptor)
                 continue
-        if not made.is_instance(mesh, place, owner, is_singular[owner]):
+        if not made.is_instance(mesh, place, owner, is_singular[owner], placed.descriptor):
             return None
     return made.kept(len(objects))
 
@@ -339,23 +352,31 @@ class _Making:
         self._which: list[int] = []
         self._places: list[np.ndarray] = []
         self._owners: list[int] = []
+        self._descriptors: list[InstanceSettings] = []
         self._in_world: list[int] = []
         self._is_seen = False
         self._waiting: list[np.ndarray] = []
         """Triangles of objects one after the other that stand in world space."""
 
-    def stands_there(self, world: np.ndarray, owner: int) -> None:
+    def stands_there(self, world: np.ndarray, owner: int, descriptor: InstanceSettings) -> None:
         """Add an object that is in one place only."""
         self._in_world.append(owner)
+        if self._waiting and self._descriptors[-1] != descriptor:
+            self._join()
         if not self._waiting:
-            self._add(len(self._meshes), np.eye(3, 4), owner)
+            self._add(len(self._meshes), np.eye(3, 4), owner, descriptor)
             self._meshes.append(world)  # exchanged when all that follows is known
         self._waiting.append(world)
 
     def is_instance(
-        self, mesh: Mesh, place: np.ndarray, owner: int, is_singular: np.bool_ | bool
+        self,
+        mesh: Mesh,
+        place: np.ndarray,
+        owner: int,
+        is_singular: np.bool_ | bool,
+        descriptor: InstanceSettings,
     ) -> bool:
-        """Add an object whose mesh is in several places; say whether it can be computed with."""
+        """Add an object as an instance of its mesh; say whether that can be computed with."""
         self._join()
         if id(mesh) not in self._numbers:
             local = mesh.vertices[mesh.triangles].astype(np.float64)
@@ -365,7 +386,7 @@ class _Making:
             self._meshes.append(local)
         number = self._numbers[id(mesh)]
         self._is_seen = self._is_seen or (not is_singular and has_area(self._meshes[number]))
-        self._add(number, place, owner)
+        self._add(number, place, owner, descriptor)
         return True
 
     def kept(self, n_objects: int) -> _Kept | None:
@@ -375,7 +396,10 @@ class _Making:
             return None
         geometry = instanced(
             [all_triangles(mesh) for mesh in self._meshes], np.array(self._which),
-            np.array(self._places),
+            np.array(self._places), np.array([each.mask for each in self._descriptors]),
+            instance_ids=np.array([each.id for each in self._descriptors]),
+            hit_groups=np.array([each.hit_group for each in self._descriptors]),
+            flags=np.array([each.flags for each in self._descriptors]),
         )  # fmt: skip
         boxes = geometry.boxes
         if not is_computable(boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)):
@@ -384,10 +408,13 @@ class _Making:
         in_world[self._in_world] = True
         return _Kept(geometry, np.array(self._owners, dtype=np.int32), in_world)
 
-    def _add(self, number: int, place: np.ndarray, owner: int) -> None:
+    def _add(
+        self, number: int, place: np.ndarray, owner: int, descriptor: InstanceSettings
+    ) -> None:
         self._which.append(number)
         self._places.append(place)
         self._owners.append(owner)
+        self._descriptors.append(descriptor)
 
     def _join(self) -> None:
         """Make one mesh of those that stand in world space one after the other."""

@@ -318,3 +318,56 @@ def test_lessons_are_about_instances(bpy: Any, name: str) -> None:
     assert len(view.subject.scene) == 2
     assert np.isfinite(view.picture.points()).all()
     view.clear()
+
+
+# ----------------------------------------------------------------------------------- what they say
+
+
+def test_objects_say_of_themselves_what_instances_do(
+    bpy: Any, taken: Callable[..., Any], status: Callable[[], str]
+) -> None:
+    obj = monkey(bpy)
+    twin = linked(bpy, obj, location=(3, 0, 0))
+    said = twin.accelscope_instance
+    said.mask, said.id, said.hit_group, said.front_ccw = 6, 9, 2, True
+    geometry = taken().geometry
+    assert geometry.masks.tolist() == [255, 6]
+    assert (geometry.instance_ids[1], geometry.hit_groups[1], geometry.flags[1]) == (9, 2, 2)
+    assert bpy.ops.accelscope.build() == {"FINISHED"}
+    assert status() == UP_TO_DATE
+    said.mask = 7
+    assert status() == "Out of date: what Twin says of itself as an instance has changed"
+    said.mask = 6
+    assert status() == UP_TO_DATE
+    said.force_opaque = said.force_non_opaque = True
+    with pytest.raises(RuntimeError, match="Twin as an instance cannot be forced to be opaque and"):
+        bpy.ops.accelscope.build()
+
+
+def test_what_instances_an_object_speaks_for_it(bpy: Any, taken: Callable[..., Any]) -> None:
+    collection_instances(bpy)
+    places = [bpy.data.objects[f"Place{number}"] for number in range(3)]
+    bpy.data.objects["Suzanne"].accelscope_instance.mask = 2
+    places[1].accelscope_instance.mask = 5
+    assert taken().geometry.masks.tolist() == [2, 5, 2]
+
+
+def test_every_object_is_an_instance_if_asked_for(
+    bpy: Any, taken: Callable[..., Any], status: Callable[[], str]
+) -> None:
+    monkey(bpy)
+    bpy.ops.mesh.primitive_cube_add(location=(5, 0, 0))
+    scene = taken("objects")
+    assert isinstance(scene.geometry, Instanced)
+    assert {len(mesh.ids) for mesh in scene.geometry.meshes} == {12, 968}
+    assert scene.object_names == taken("flatten").object_names
+    root = bpy.context.scene.accelscope
+    assert bpy.ops.accelscope.build() == {"FINISHED"}
+    root.instances = "flatten"
+    assert status() == UP_TO_DATE
+    root.instances = "objects"
+    assert status() == "Out of date: objects were no instances"
+    assert bpy.ops.accelscope.build() == {"FINISHED"}
+    assert status() == UP_TO_DATE
+    root.instances = "keep"
+    assert status() == "Out of date: every object was an instance"

@@ -109,6 +109,10 @@ def joined_instances(
         np.concatenate([mesh.boxes for mesh in meshes]),
         np.concatenate([*(mesh.first[:-1] for mesh in meshes), [0]]),
         np.concatenate([mesh.ids for mesh in meshes]), meshes[0].reach,
+        *(
+            np.concatenate([getattr(mesh, name) for mesh in meshes])
+            for name in ("instance_ids", "hit_groups", "flags")
+        ),
     )  # fmt: skip
     starts = np.cumsum([0] + [len(mesh.ids) for mesh in meshes])
     order = np.concatenate([order + start for order, start in zip(orders, starts, strict=False)])
