@@ -305,7 +305,7 @@ class Scene:
         Parameters
         ----------
         what : str
-            ``"bsp divides"``.
+            ``"cones meet"``.
         """
         if is_of_triangles(self.geometry):
             raise InputError(

@@ -54,7 +54,7 @@ def test_hierarchies_have_naives_hits(levels):
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("name", sorted(set(general_structures()) - {"bsp", "bvh", "naive"}))
+@pytest.mark.parametrize("name", sorted(set(general_structures()) - {"bvh", "naive"}))
 @pytest.mark.parametrize("levels", [1, 2])
 def test_all_structures_have_naives_hits(name, levels):
     check(name, levels)
@@ -202,9 +202,6 @@ def test_refusals():
         inner = instanced([inner], [0], place[None])
     with pytest.raises(InputError, match="3 deep"):
         instanced([inner], [0], place[None])
-    scene = Scene.from_instances(inner, "deep")
-    with pytest.raises(InputError, match="bsp divides with triangles only"):
-        structure_named("bsp").build(scene, structure_named("bsp").Settings())
 
 
 @pytest.mark.exhaustive

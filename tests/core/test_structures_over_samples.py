@@ -4,7 +4,6 @@ import functools
 
 import numpy as np
 import pytest
-from accelscope.core.errors import InputError
 from accelscope.core.evaluation.rays.workloads import random_lines
 from accelscope.core.geometry.triangles import Triangles
 from accelscope.core.scene.camera_rays import camera_rays
@@ -56,15 +55,9 @@ def test_a_bvh_has_the_hits_of_naive(build, lab, sample_of_solids):
 
 
 @pytest.mark.exhaustive
-def test_every_structure_has_the_hits_of_naive_or_says_that_it_needs_triangles(
-    build, lab, sample_of_solids, variant
-):
+def test_every_structure_has_the_hits_of_naive(build, lab, sample_of_solids, variant):
     name, text = variant
     scene = lab.small_scene(sample_of_solids)
-    if name == "bsp":
-        with pytest.raises(InputError, match=r"bsp divides with triangles only.*another structure"):
-            build(name, scene, text)
-        return
     structure = build(name, scene, text)
     assert structure.validate() == []
     wrong = differences(lab, structure, sample_of_solids)

@@ -67,11 +67,7 @@ def test_every_case_is_built_by_every_structure(cases, build, lab):
 @pytest.mark.parametrize("sample", samples())
 def test_every_sample_is_built_by_every_structure(build, sample, lab):
     scene = lab.small_scene(sample)
-    names = set(general_structures())
-    if sample in lab.SOLIDS:
-        with pytest.raises(InputError, match=r"bsp divides with triangles only.*another structure"):
-            build("bsp", scene)
-        names.remove("bsp")
+    names = general_structures()
     assert {name: len(build(name, scene).scene) for name in names} == dict.fromkeys(
         names, len(scene)
     )

@@ -1,10 +1,11 @@
 """General BSP tree: a cell is cut by one plane of any orientation, again and again.
 
 Cells are convex polyhedra (:mod:`.polyhedron`), and the surface area heuristic reckons with their
-true areas. Who decides where the planes go is :mod:`.planes`; triangles are cut at them, so that a
-leaf lists only what reaches into it (:mod:`.references`). The tree (:mod:`.storage`) is walked like
-a kd-tree (:mod:`..subdivision.walks`), with an inner product instead of a coordinate. All planes
-are walked alike, so C_trav is the same for all.
+true areas. Who decides where the planes go is :mod:`.planes`; triangles and polygons are cut at
+them, so that a leaf lists only what reaches into it (:mod:`.references`); other items are seen as
+hulls (:mod:`.shapes`). The tree (:mod:`.storage`) is walked like a kd-tree
+(:mod:`..subdivision.walks`), with an inner product instead of a coordinate. All planes are walked
+alike, so C_trav is the same for all.
 
 There are no links to neighbours here: a face of a cell may have any number of corners and touch
 cells across any number of planes, and a march that stood at a face would have to find out which
@@ -24,8 +25,6 @@ from ...contract.build_log import OBLIQUE, SPLIT, BuildLog
 from ...contract.cells import Cells, parents_of
 from ...contract.costs import intersection_cost, traversal_cost
 from ...contract.figures import Figure
-from ...geometry.triangle import areas_of
-from ...geometry.triangles import Triangles
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
@@ -49,6 +48,7 @@ from .build import grow_tree
 from .cells import Measures, covered_areas, measured, polygons
 from .grown import Grown
 from .planes import Autopartition, Heuristic, directions_of
+from .shapes import areas_and_lengths, shapes_of
 from .storage import BspArrays, BspMarch
 
 SHELL = 2.0**-42
@@ -125,10 +125,10 @@ class Bsp(Subdivision):
     )
 
     def __init__(
-        self, scene: Scene, settings: BspSettings, grown: Grown, triangles: Triangles,
+        self, scene: Scene, settings: BspSettings, grown: Grown, items: Any,
         box: np.ndarray, shell: float, log: bool = False,
     ) -> None:  # fmt: skip
-        super().__init__(scene, settings, None, triangles, Bsp.logged if log else None)
+        super().__init__(scene, settings, None, items, Bsp.logged if log else None)
         self.grown = grown
         self.with_walk(
             BspArrays(box, grown.planes, grown.link, shell, grown.offsets, grown.references)
@@ -141,8 +141,6 @@ class Bsp(Subdivision):
         """Build the tree, then prepare its walk."""
         refuse_if_too_large(len(scene) * 900, f"a bsp over {scene.counted}", "use a smaller scene")
         items = scene.items()
-        if not isinstance(items, Triangles):
-            scene.refuse_other_items("bsp divides")
         box = padded_box(scene.lower, scene.upper, settings.padding)
         shell = SHELL * float(np.abs(box).max())
         limits = Limits(
@@ -153,7 +151,7 @@ class Bsp(Subdivision):
             ORDERS[settings.order],
             0,
         )
-        grown = grow_tree(rule_of(settings), limits, items, box, shell, progress)
+        grown = grow_tree(rule_of(settings), limits, shapes_of(items, shell), box, shell, progress)
         return cls(scene, settings, grown, items, box, shell, log)
 
     def with_walk(self, tree: Any) -> None:
@@ -246,7 +244,7 @@ class Bsp(Subdivision):
         violations = super().validate()
         if violations:
             return violations
-        tree, measures, corners = self.arrays.tree, self.measures(), self.triangles.corners
+        tree, measures = self.arrays.tree, self.measures()
         if (measures.faces < 4).any():
             violations.append("a cell has no inside")
         rounding = 64 * tree.shell * float(np.sqrt(self.grown.area[0]))
@@ -256,16 +254,16 @@ class Bsp(Subdivision):
         reckoned = self.grown.area[thick]
         if not np.allclose(measures.areas[thick], reckoned, rtol=1e-6, atol=rounding):
             violations.append("the areas that the builder reckoned with are not those of the cells")
-        areas, n_empty = covered_areas(self.grown, corners, tree.shell)
+        shapes = shapes_of(self.geometry, tree.shell)
+        areas, n_empty = covered_areas(self.grown, shapes, tree.shell)
         if n_empty:
             violations.append(
                 f"{n_empty} times a leaf lists a triangle that does not reach into it"
             )
-        edges = corners[:, 1:] - corners[:, :1]
-        whole = areas_of(corners)
-        # What lies in the shell of a plane may be on either side, all around the triangle.
-        around = np.linalg.norm(edges, axis=2).sum(axis=1)
-        if (np.abs(areas - whole) > 1e-6 * whole + 8 * tree.shell * around).any():
+        whole, around = areas_and_lengths(shapes)
+        # What lies in the shell of a plane may be on either side, all around the polygon.
+        is_off = np.abs(areas - whole) > 1e-6 * whole + 8 * tree.shell * around
+        if (is_off & shapes.is_cut).any():
             violations.append("the leaves that list a triangle do not cover it")
         return violations
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.triangles import Triangles
 from ...kernels import call
 from ...memory import MOST_NUMBERS, refuse_if_too_large
 from ...progress import Progress
@@ -49,6 +48,7 @@ from .grown import Grown, joined, numbered
 from .planes import make_scratch
 from .polyhedron import Polyhedra, make_polyhedra
 from .references import Lists
+from .shapes import Shapes
 
 MOST_REFERENCES = 1 << 22
 """References at which a tree is refused, unless the scene has a sixteenth as many triangles."""
@@ -68,12 +68,12 @@ class Builder:
         rule: Any,
         limits: Limits,
         memory: tuple[Growing, Lists, Polyhedra],
-        corners: np.ndarray,
+        facets: np.ndarray,
         shell: float,
         meter: Meter,
         root: int = 0,
     ) -> None:
-        self.rule, self.limits, self.corners, self.shell = rule, limits, corners, shell
+        self.rule, self.limits, self.facets, self.shell = rule, limits, facets, shell
         self.tree, self.lists, self.room = memory
         self.meter, self.root = meter, root
         self.scratch = make_scratch()
@@ -91,7 +91,7 @@ class Builder:
             begin = time.perf_counter()
             status = call(
                 cut_cells, self.rule, self.limits, self.tree, self.lists, self.room, self.scratch,
-                self.corners, self.shell, self.work,
+                self.facets, self.shell, self.work,
             )  # fmt: skip
             seconds = time.perf_counter() - begin
             self.meter.check(
@@ -120,8 +120,8 @@ class Builder:
         first = int(lists.start[begin])
         points = lists.points[first : int(lists.start[begin + n - 1] + lists.size[begin + n - 1])]
         tree, own = make_memory(
-            lists.triangle[references], lists.start[references] - first, lists.size[references],
-            points, DEPTH_FIRST,
+            lists.item[references], lists.start[references] - first, lists.size[references],
+            points, lists.is_cut, DEPTH_FIRST,
         )  # fmt: skip
         tree.nodes[0, DEPTH] = depth
         tree.planes[0, [AREA, SHARE]] = self.tree.planes[node, [AREA, SHARE]]
@@ -133,7 +133,7 @@ class Builder:
         self.tree.used[1] = leaf + 1
         row[[LINK, BEGIN]] = -1 - leaf, lists.used[LISTED]
         builder = Builder(
-            self.rule, self.limits._replace(aside=0), (tree, own, room), self.corners, self.shell,
+            self.rule, self.limits._replace(aside=0), (tree, own, room), self.facets, self.shell,
             self.meter, node,
         )  # fmt: skip
         return node, builder
@@ -146,7 +146,7 @@ class Builder:
 def grow_tree(
     rule: Any,
     limits: Limits,
-    triangles: Triangles,
+    shapes: Shapes,
     box: np.ndarray,
     shell: float,
     progress: Progress,
@@ -159,6 +159,8 @@ def grow_tree(
     rule : Heuristic or Autopartition
     limits : Limits
         Without a budget the order only decides how nodes are numbered.
+    shapes : Shapes
+        Of the items.
     box : (6,) float64
         The root's cell.
     shell : float
@@ -173,19 +175,19 @@ def grow_tree(
     Cancelled
         From `progress`.
     """
-    n = len(triangles.ids)
+    n = len(shapes.start)
     order = limits.order
     in_order = follows_order(limits)
     if not in_order:
         limits = in_any_order(limits, n, SUBTREE)
-    tree, lists = start(triangles, box, limits.order)
+    tree, lists = start(shapes, box, limits.order)
     rows = limits.max_depth + 1 if limits.order == DEPTH_FIRST else 3
     meter = Meter(
         "bsp", n, progress, max(MOST_REFERENCES, 16 * n), MOST_NUMBERS, lambda done: min(done, 1.0)
     )
     meter.report()
     top = Builder(
-        rule, limits, (tree, lists, make_polyhedra(rows, box)), triangles.corners, shell, meter
+        rule, limits, (tree, lists, make_polyhedra(rows, box)), shapes.facets, shell, meter
     )
     pieces = build_with_threads(top, meter, threads)
     grown = top.finished()
@@ -201,11 +203,10 @@ def grow_tree(
 # ------------------------------------------------------------------------------------- memory
 
 
-def start(triangles: Triangles, box: np.ndarray, order: int) -> tuple[Growing, Lists]:
+def start(shapes: Shapes, box: np.ndarray, order: int) -> tuple[Growing, Lists]:
     """Return a tree of a root that waits."""
-    n = len(triangles.ids)
     tree, lists = make_memory(
-        np.arange(n), 3 * np.arange(n), np.full(n, 3), triangles.corners.reshape(-1, 3), order
+        np.arange(len(shapes.start)), shapes.start, shapes.size, shapes.points, shapes.is_cut, order
     )
     sides = box[3:] - box[:3]
     tree.planes[0, AREA] = 2.0 * (sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0])
@@ -214,10 +215,11 @@ def start(triangles: Triangles, box: np.ndarray, order: int) -> tuple[Growing, L
 
 
 def make_memory(
-    triangle: np.ndarray, start: np.ndarray, size: np.ndarray, points: np.ndarray, order: int
-) -> tuple[Growing, Lists]:
+    item: np.ndarray, start: np.ndarray, size: np.ndarray, points: np.ndarray,
+    is_cut: np.ndarray, order: int,
+) -> tuple[Growing, Lists]:  # fmt: skip
     """Return a tree of a root that waits with these references, without area and share."""
-    n, capacity = len(triangle), 1024
+    n, capacity = len(item), 1024
     tree = Growing(
         np.zeros((capacity, 5), np.int64), np.zeros((capacity, 6)), make_frontier(capacity, order),
         np.array([1, 0]), np.zeros(1),
@@ -228,9 +230,9 @@ def make_memory(
     lists = Lists(
         np.zeros(room, np.int32), np.zeros(room, np.int64), np.zeros(room, np.int32),
         np.zeros((corners, 3)), np.zeros(4 * n + 256, np.int32),
-        np.array([n, len(points), 0]),
+        np.array([n, len(points), 0]), is_cut,
     )  # fmt: skip
-    lists.triangle[:n], lists.start[:n], lists.size[:n] = triangle, start, size
+    lists.item[:n], lists.start[:n], lists.size[:n] = item, start, size
     lists.points[: len(points)] = points
     return tree, lists
 
@@ -266,7 +268,7 @@ def with_room(
             size = 2 * len(lists.start) + 2 * n
             refuse_if_too_large(16 * size, f"a bsp of over {before[0]} references", ADVICE)
             lists = lists._replace(
-                triangle=longer(lists.triangle, size), start=longer(lists.start, size),
+                item=longer(lists.item, size), start=longer(lists.start, size),
                 size=longer(lists.size, size),
             )  # fmt: skip
     elif (

@@ -16,7 +16,8 @@ from ...progress import SILENT, Progress
 from ...ranges import ranges
 from .grown import Grown
 from .polyhedron import clip, make_polyhedra, measure
-from .references import MOST_POLYGON_CORNERS, Lists, append_side
+from .references import MOST_PLANES, Lists, append_side
+from .shapes import Shapes
 
 
 class Measures(NamedTuple):
@@ -161,8 +162,8 @@ def polygons(
 
 
 @kernel
-def add_cut_areas(tree, nodes, corners, shell, lists, path, areas):
-    """Add to `areas`, per triangle, those of its parts in the leaves that list it.
+def add_cut_areas(tree, nodes, shapes, shell, lists, path, areas):
+    """Add to `areas`, per item, those of its parts in the leaves that list it.
 
     Returns the number of entries of leaves of which nothing is left.
     """
@@ -174,12 +175,13 @@ def add_cut_areas(tree, nodes, corners, shell, lists, path, areas):
             height += 1
             node = whole(tree.parent[node])
         for entry in range(tree.offsets[leaf], tree.offsets[leaf + 1]):
-            triangle = tree.references[entry]
-            lists.triangle[0], lists.start[0], lists.size[0] = triangle, 0, 3
-            lists.used[0], lists.used[1] = 1, 3
-            for i in range(3):
+            item = tree.references[entry]
+            begin, count = shapes.start[item], shapes.size[item]
+            lists.item[0], lists.start[0], lists.size[0] = item, 0, count
+            lists.used[0], lists.used[1] = 1, count
+            for i in range(count):
                 for axis in range(3):
-                    lists.points[i, axis] = corners[triangle, i, axis]
+                    lists.points[i, axis] = shapes.points[begin + i, axis]
             reference, kept = whole(0), whole(1)
             for i in range(height - 1, -1, -1):
                 above = tree.parent[path[i]]
@@ -191,20 +193,24 @@ def add_cut_areas(tree, nodes, corners, shell, lists, path, areas):
                 n_empty += 1
                 continue
             first, size = lists.start[reference], lists.size[reference]
-            areas[triangle] += polygon_area(lists.points, first, first + size)
+            areas[item] += polygon_area(lists.points, first, first + size)
     return n_empty
 
 
-def covered_areas(tree: Grown, corners: np.ndarray, shell: float) -> tuple[np.ndarray, int]:
-    """Return of every triangle the area of its parts in leaves, and how many parts are nothing."""
+def covered_areas(tree: Grown, shapes: Shapes, shell: float) -> tuple[np.ndarray, int]:
+    """Return of every item the area of its parts in leaves, and how many parts are nothing.
+
+    The area of what is not cut means nothing.
+    """
     depth = int(tree.depth.max()) + 2
+    most = int(shapes.size.max()) + MOST_PLANES
     lists = Lists(
         np.zeros(depth, np.int32), np.zeros(depth, np.int64), np.zeros(depth, np.int32),
-        np.zeros((depth * MOST_POLYGON_CORNERS, 3)), np.zeros(1, np.int32), np.zeros(3, np.int64),
+        np.zeros((depth * most, 3)), np.zeros(1, np.int32), np.zeros(3, np.int64), shapes.is_cut,
     )  # fmt: skip
-    areas = np.zeros(len(corners))
+    areas = np.zeros(len(shapes.start))
     nodes = np.empty(len(tree.offsets) - 1, np.int64)
     leaves = np.flatnonzero(tree.link < 0)
     nodes[-1 - tree.link[leaves]] = leaves
     path = np.zeros(depth, np.int64)
-    return areas, int(call(add_cut_areas, tree, nodes, corners, shell, lists, path, areas))
+    return areas, int(call(add_cut_areas, tree, nodes, shapes, shell, lists, path, areas))

@@ -104,7 +104,7 @@ def cell_of(tree, node, room, path, shell, order):
 
 
 @kernel
-def cut_cells(rule, limits, tree, lists, room, scratch, corners, shell, work):
+def cut_cells(rule, limits, tree, lists, room, scratch, facets, shell, work):
     """Split cells until none waits, one is to be put aside, room is lacking or `work` is done.
 
     `work` is a number of references to handle, more or less.
@@ -141,7 +141,7 @@ def cut_cells(rule, limits, tree, lists, room, scratch, corners, shell, work):
             if row != NO_ROW:
                 measure_faces(room, row)
                 is_split = choose_plane(
-                    rule, lists, begin, n, room, row, planes[node, AREA], scratch, corners, shell
+                    rule, lists, begin, n, room, row, planes[node, AREA], scratch, facets, shell
                 )
         drop(frontier)
         # What the children get is appended, on a stack that of the first to come last. It is
@@ -165,7 +165,7 @@ def cut_cells(rule, limits, tree, lists, room, scratch, corners, shell, work):
             nodes[node, LINK] = -1 - leaf
             tree.done[0] += planes[node, SHARE]
             for i in range(n):
-                lists.listed[used[LISTED] + i] = lists.triangle[begin + i]
+                lists.listed[used[LISTED] + i] = lists.item[begin + i]
             used[LISTED] += n
             nodes[node, BEGIN] = used[LISTED]
             continue

@@ -159,7 +159,7 @@ def make_scratch() -> Scratch:
 
 
 @dispatched
-def choose_plane(rule, lists, begin, n, room, row, area, scratch, corners, shell):
+def choose_plane(rule, lists, begin, n, room, row, area, scratch, facets, shell):
     """Write the plane that is to split a cell to `scratch.plane`; False if none is any good.
 
     Parameters
@@ -173,24 +173,25 @@ def choose_plane(rule, lists, begin, n, room, row, area, scratch, corners, shell
         The cell.
     area : float
         Its surface area; its faces are measured.
-    corners : (n_triangles, 3, 3) float64
+    facets : (n_items, 3, 3) float64
+        See :class:`.shapes.Shapes`.
     shell : float
     """
     raise TypeError(type(rule).__name__)
 
 
 @inner
-def make_plane(corners, triangle, which, plane):
+def make_plane(facets, item, which, plane):
     """Write a plane of a triangle: OWN, or through an edge; False if it has no area."""
     first, second, third = which % EDGES, (which + 1) % EDGES, (which + 2) % EDGES
     ax, ay, az = (
-        corners[triangle, first, 0],
-        corners[triangle, first, 1],
-        corners[triangle, first, 2],
+        facets[item, first, 0],
+        facets[item, first, 1],
+        facets[item, first, 2],
     )
-    ex, fx = corners[triangle, second, 0] - ax, corners[triangle, third, 0] - ax
-    ey, fy = corners[triangle, second, 1] - ay, corners[triangle, third, 1] - ay
-    ez, fz = corners[triangle, second, 2] - az, corners[triangle, third, 2] - az
+    ex, fx = facets[item, second, 0] - ax, facets[item, third, 0] - ax
+    ey, fy = facets[item, second, 1] - ay, facets[item, third, 1] - ay
+    ez, fz = facets[item, second, 2] - az, facets[item, third, 2] - az
     # Relative to one of the edges, lest products of very long or short ones leave the range.
     size = max(abs(ex), abs(ey), abs(ez))
     if size == 0.0:
@@ -238,7 +239,7 @@ def cost_of(rule, room, row, area, plane, position, share, n_below, n_above, bes
 
 
 @implements(choose_plane, Heuristic)
-def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, corners, shell):
+def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, facets, shell):
     """Try planes across the fixed directions, then oblique ones."""
     low, high, tried = scratch.low, scratch.high, scratch.tried
     stride = (n + SAMPLE - 1) // SAMPLE
@@ -254,8 +255,8 @@ def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, corners, she
                 tried[axis] = rule.directions[number, axis]
         else:
             rank, which = (number - n_directions) // 4, (number - n_directions) % 4
-            triangle = lists.triangle[begin + rank * n // n_triangles]
-            if not make_plane(corners, triangle, which, tried):
+            item = lists.item[begin + rank * n // n_triangles]
+            if not make_plane(facets, item, which, tried):
                 continue
         position, tried[3] = tried[3], 0.0
         bottom, top = measure_heights(room, row, tried)
@@ -298,7 +299,7 @@ def choose_by_cost(rule, lists, begin, n, room, row, area, scratch, corners, she
 
 
 @implements(choose_plane, Autopartition)
-def choose_by_cuts(rule, lists, begin, n, room, row, area, scratch, corners, shell):
+def choose_by_cuts(rule, lists, begin, n, room, row, area, scratch, facets, shell):
     """Try the planes of some triangles that cut the cell."""
     low, high, tried = scratch.low, scratch.high, scratch.tried
     stride = (n + SAMPLE - 1) // SAMPLE
@@ -306,12 +307,12 @@ def choose_by_cuts(rule, lists, begin, n, room, row, area, scratch, corners, she
     best = np.inf
     n_tried = 0
     # Pseudo-random, but the same whenever the turn of this cell comes.
-    salt = whole(lists.triangle[begin]) + 61 * n
+    salt = whole(lists.item[begin]) + 61 * n
     for i in range(min(n, ATTEMPTS)):
         if n_tried == rule.candidates:
             break
         rank = (salt + i * PRIME) % n
-        if not make_plane(corners, lists.triangle[begin + rank], OWN, tried):
+        if not make_plane(facets, lists.item[begin + rank], OWN, tried):
             continue
         position, tried[3] = tried[3], 0.0
         lowest, highest = measure_heights(room, row, tried)

@@ -1,9 +1,10 @@
-"""What lies in a cell: triangles, each cut down to its part inside.
+"""What lies in a cell: items, each cut down to its part inside where it can be cut.
 
-A *reference* is one triangle in one cell, with the polygon that is left of it there. A plane sends
+A *reference* is one item in one cell, with the polygon that is left of it there. A plane sends
 a reference to the sides that its polygon reaches into by more than `shell`; one that does not, as
 it lies in the plane, goes below. A polygon that reaches into both is cut (Sutherland and Hodgman),
-so that no leaf lists a triangle for nothing.
+so that no leaf lists a triangle for nothing. What is not flat goes to both as it is
+(:mod:`.shapes`).
 
 Rounding: a cut polygon is off by some units in the last place for each plane on the way from the
 root, sixty at most. The shell is larger, and walks know of it (:mod:`.storage`).
@@ -17,8 +18,8 @@ import numpy as np
 
 from ...kernels import inner
 
-MOST_POLYGON_CORNERS = 3 + 61
-"""Every plane adds one."""
+MOST_PLANES = 61
+"""On the way from the root: each adds a corner at most."""
 
 
 class Lists(NamedTuple):
@@ -26,24 +27,27 @@ class Lists(NamedTuple):
 
     Attributes
     ----------
-    triangle : (m,) int32
+    item : (m,) int32
     start : (m,) int64
-        First corner of the polygon in `points`.
+        First corner of its polygon, or point of its hull, in `points`.
     size : (m,) int32
-        Number of its corners.
+        Number of these.
     points : (p, 3) float64
     listed : (l,) int32
-        Triangles of the leaves, leaf after leaf.
+        Items of the leaves, leaf after leaf.
     used : (3,) int64
         How much is in use of the references, of `points` and of `listed`.
+    is_cut : (n,) bool
+        Of every item of the scene: whether planes cut it.
     """
 
-    triangle: np.ndarray
+    item: np.ndarray
     start: np.ndarray
     size: np.ndarray
     points: np.ndarray
     listed: np.ndarray
     used: np.ndarray
+    is_cut: np.ndarray
 
 
 @inner
@@ -78,7 +82,7 @@ def append_side(lists, begin, count, plane, sign, shell):
 
     There must be room for all references and one corner more for each.
     """
-    points, triangle, start, size = lists.points, lists.triangle, lists.start, lists.size
+    points, item, start, size = lists.points, lists.item, lists.start, lists.size
     first, place, corner = lists.used[0], lists.used[0], lists.used[1]
     for reference in range(begin, begin + count):
         this, n = start[reference], size[reference]
@@ -91,10 +95,10 @@ def append_side(lists, begin, count, plane, sign, shell):
         is_in_plane = most <= shell and least >= -shell
         if not (most > shell or (is_in_plane and sign < 0.0)):
             continue
-        triangle[place], start[place] = triangle[reference], corner
+        item[place], start[place] = item[reference], corner
         # A plane crosses the border of a convex polygon twice, one with rounding as well: what is
         # within the shell counts as on the plane, in both parts.
-        is_cut, crossings = least < -shell, 0
+        is_cut, crossings = least < -shell and lists.is_cut[item[reference]], 0
         last = this + n - 1
         h = plane[0] * points[last, 0] + plane[1] * points[last, 1] + plane[2] * points[last, 2]
         before = sign * (h - plane[3])
@@ -129,7 +133,7 @@ def move_references(lists, begin, count, place, corner):
     """Move references and their polygons down to a place; return the end of the polygons."""
     for reference in range(begin, begin + count):
         this = lists.start[reference]
-        lists.triangle[place], lists.size[place] = lists.triangle[reference], lists.size[reference]
+        lists.item[place], lists.size[place] = lists.item[reference], lists.size[reference]
         lists.start[place] = corner
         for i in range(this, this + lists.size[place]):
             for axis in range(3):

@@ -1,0 +1,110 @@
+"""What the planes of a BSP tree divide: the shape of every item, as points.
+
+- Of what is flat, a triangle or a polygon, it is a convex polygon, and planes cut it. A polygon
+  with hollow corners stands for its convex hull in its plane.
+- What has an inside, moves, or is an instance has a hull (:func:`...geometry.geometry.hulls_of`),
+  whose points planes only send to one side or to both. So a leaf may list such an item although
+  only two planes together keep it out; none that reaches into the leaf is missing.
+- The corners of a polygon may lie off its plane by a little (:mod:`...geometry.solids.making`).
+  Where that is not small beside the shell, cuts of it would lose what bulges out: it is not cut.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...geometry.geometry import hulls_of
+from ...geometry.solids.mixed import NORMAL, POLYGON, TRIANGLE, Mixed
+from ...geometry.triangle import areas_of
+from ...geometry.triangles import Triangles
+from ...ranges import ranges
+
+FLAT = 1.0 / 16
+"""How far off its plane a polygon may be to be cut, in shells."""
+
+
+class Shapes(NamedTuple):
+    """The shapes of all items.
+
+    Attributes
+    ----------
+    points : (m, 3) float64
+    start, size : (n,) int64
+        Item i has ``points[start[i]:start[i] + size[i]]``.
+    is_cut : (n,) bool
+        Whether these go once around a convex polygon, which planes cut.
+    facets : (n, 3, 3) float64
+        A triangle of each, the largest of its hull: its plane, and those through its edges, are
+        tried as planes of the tree.
+    """
+
+    points: np.ndarray
+    start: np.ndarray
+    size: np.ndarray
+    is_cut: np.ndarray
+    facets: np.ndarray
+
+
+def shapes_of(geometry: Any, shell: float) -> Shapes:
+    """Return the shapes of the items of any geometry."""
+    count = len(geometry.ids)
+    if isinstance(geometry, Triangles):
+        start, size = 3 * np.arange(count), np.full(count, 3)
+        points = geometry.corners.reshape(-1, 3)
+        return Shapes(points, start, size, np.ones(count, np.bool_), geometry.corners)
+    hulls, offsets = hulls_of(geometry)
+    start, size = 3 * offsets[:-1], 3 * np.diff(offsets)
+    # The last of equals would depend on the sort: the first of each item's largest.
+    largest = np.lexsort((-areas_of(hulls), np.repeat(np.arange(count), np.diff(offsets))))
+    facets = hulls[largest[offsets[:-1]]]
+    points, is_cut = hulls.reshape(-1, 3).copy(), np.zeros(count, np.bool_)
+    if isinstance(geometry, Mixed):
+        is_cut = geometry.kinds == TRIANGLE
+        for i in np.flatnonzero((geometry.kinds == POLYGON) & (geometry.size > 0)):
+            loop = geometry.points[geometry.first[i] :][: geometry.size[i]]
+            normal = geometry.rows[i, NORMAL]
+            if np.ptp((loop - loop[0]) @ normal) > FLAT * shell:
+                continue
+            around = loop[convex_loop(np.delete(loop, np.abs(normal).argmax(), axis=1))]
+            # The triangles of its hull have three corners for each but two, which is room enough.
+            points[start[i] : start[i] + len(around)] = around
+            size[i], is_cut[i] = len(around), True
+    return Shapes(points, start, size, is_cut, facets)
+
+
+def convex_loop(points: np.ndarray) -> list[int]:
+    """Return which of some points, (n, 2), go counter-clockwise around all of them.
+
+    A. M. Andrew: Another Efficient Algorithm for Convex Hulls in Two Dimensions, IPL 1979.
+    """
+    order = np.lexsort((points[:, 1], points[:, 0])).tolist()
+    x, y = points.T.tolist()
+    loop: list[int] = []
+    for half in (order, order[::-1]):
+        begin = len(loop)
+        for i in half:
+            while len(loop) - begin > 1:
+                a, b = loop[-2], loop[-1]
+                if (x[b] - x[a]) * (y[i] - y[a]) > (y[b] - y[a]) * (x[i] - x[a]):
+                    break
+                loop.pop()
+            loop.append(i)
+        loop.pop()  # it is the first of the other half
+    return loop
+
+
+def areas_and_lengths(shapes: Shapes) -> tuple[np.ndarray, np.ndarray]:
+    """Return the areas of the polygons and the lengths of their borders, (n,) each.
+
+    Those of what is no polygon mean nothing.
+    """
+    begins = np.cumsum(shapes.size) - shapes.size
+    points = shapes.points[ranges(shapes.start, shapes.size)]
+    following = np.arange(1, len(points) + 1)
+    following[begins + shapes.size - 1] = begins
+    seen = points - np.repeat(points[begins], shapes.size, axis=0)
+    areas = 0.5 * np.linalg.norm(np.add.reduceat(np.cross(seen, seen[following]), begins), axis=1)
+    lengths = np.add.reduceat(np.linalg.norm(points[following] - points, axis=1), begins)
+    return areas, lengths
