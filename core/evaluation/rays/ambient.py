@@ -25,12 +25,12 @@ from ...geometry.solids.frames import across
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
-from ...scene.camera_rays import PRIMARY, camera_rays
+from ...scene.camera_rays import PRIMARY
 from ...scene.surfaces import CHUNK, Surfaces, surfaces_hit
 from ...settings import setting
-from .camera import ViewSettings, camera_of, camera_used, refuse_no_view
+from .camera import ViewSettings, ViewWorkload, primary_rays
 from .ray_files import BYTES_PER_RAY
-from .workload import Generations, Workload, ray_order
+from .workload import Generations, ray_order
 
 AMBIENT = "ambient"
 CLASS_NAMES = PRIMARY, AMBIENT
@@ -82,7 +82,7 @@ class Openness:
         return self
 
 
-class AmbientWorkload(Workload):
+class AmbientWorkload(ViewWorkload):
     """Primary rays, and from each of their hits rays into the half-space above.
 
     Faces are taken as seen from both sides: above is where the camera is.
@@ -101,23 +101,9 @@ class AmbientWorkload(Workload):
     )  # fmt: skip
 
     @staticmethod
-    def refuse_impossible(settings: AmbientSettings) -> None:
-        """Refuse more primary rays than fit into memory, and a camera that cannot be."""
-        count = settings.width * settings.height
-        refuse_if_too_large(
-            count * BYTES_PER_RAY, f"rays ambient: a camera of {count} rays",
-            "lower width and height",
-        )  # fmt: skip
-        refuse_no_view(settings)
-
-    @staticmethod
     def make(scene: Scene, settings: AmbientSettings) -> Rays:
         """Return the primary rays."""
-        AmbientWorkload.refuse_impossible(settings)
-        rays = camera_rays(
-            camera_of(scene, settings), settings.width, settings.height, settings.pixel == "corner"
-        )
-        return dataclasses.replace(rays, class_names=CLASS_NAMES)
+        return dataclasses.replace(primary_rays(scene, settings), class_names=CLASS_NAMES)
 
     @staticmethod
     def generations(
@@ -134,11 +120,6 @@ class AmbientWorkload(Workload):
                 n_blocked = np.bincount(owners[is_blocked], minlength=len(first))
                 shares -= n_blocked / settings.count
         return Openness(shares.reshape(settings.height, settings.width))
-
-    @staticmethod
-    def used(scene: Scene, settings: AmbientSettings) -> dict[str, Any]:
-        """Return the camera, and where it comes from."""
-        return {"camera": camera_used(scene, settings)}
 
 
 def ambient_rays(

@@ -77,12 +77,45 @@ class CameraSettings(ViewSettings):
     order: str = ray_order()
 
 
-class CameraWorkload(Workload):
-    """Primary rays of a camera, row by row from the top left; shadow rays if wanted.
+class ViewWorkload(Workload):
+    """Rays that start from a camera, row by row from the top left, and what follows from those.
 
     The camera is that of the settings `from` and `at`, or the scene's own, perspective or
     orthographic, or, where there is none, one that frames the scene.
     """
+
+    @staticmethod
+    def refuse_impossible(settings: ViewSettings) -> None:
+        """Refuse more primary rays than fit into memory, and a camera that cannot be."""
+        count = settings.width * settings.height
+        refuse_if_too_large(
+            count * BYTES_PER_RAY, f"rays {settings.rays}: a camera of {count} rays",
+            "lower width and height",
+        )  # fmt: skip
+        refuse_no_view(settings)
+
+    @staticmethod
+    def used(scene: Scene, settings: ViewSettings) -> dict[str, Any]:
+        """Return the camera, and where it comes from."""
+        return {"camera": camera_used(scene, settings)}
+
+
+def primary_rays(scene: Scene, settings: ViewSettings) -> Rays:
+    """Return width * height primary rays.
+
+    Raises
+    ------
+    InputError
+        If they do not fit into memory, or there can be no such camera.
+    """
+    ViewWorkload.refuse_impossible(settings)
+    return camera_rays(
+        camera_of(scene, settings), settings.width, settings.height, settings.pixel == "corner"
+    )
+
+
+class CameraWorkload(ViewWorkload):
+    """Primary rays; shadow rays if wanted."""
 
     name = "camera"
     label = "Camera"
@@ -90,21 +123,9 @@ class CameraWorkload(Workload):
     Settings = CameraSettings
 
     @staticmethod
-    def refuse_impossible(settings: CameraSettings) -> None:
-        """Refuse more rays than fit into memory, and a camera that cannot be."""
-        count = settings.width * settings.height
-        refuse_if_too_large(
-            count * BYTES_PER_RAY, f"a camera of {count} rays", "lower width and height"
-        )
-        refuse_no_view(settings)
-
-    @staticmethod
     def make(scene: Scene, settings: CameraSettings) -> Rays:
         """Return width * height primary rays."""
-        CameraWorkload.refuse_impossible(settings)
-        primary = camera_rays(
-            camera_of(scene, settings), settings.width, settings.height, settings.pixel == "corner"
-        )
+        primary = primary_rays(scene, settings)
         if settings.shadows:
             refuse_darkness(scene)
         return primary
@@ -118,11 +139,6 @@ class CameraWorkload(Workload):
         if settings.shadows and (shadows := shadow_rays(scene, first, hits)) is not None:
             yield shadows
         return None
-
-    @staticmethod
-    def used(scene: Scene, settings: CameraSettings) -> dict[str, Any]:
-        """Return the camera, and where it comes from."""
-        return {"camera": camera_used(scene, settings)}
 
 
 def refuse_darkness(scene: Scene) -> None:
