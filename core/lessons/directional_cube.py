@@ -18,20 +18,23 @@ import numpy as np
 
 from ..printing import show_integer
 from ..progress import Progress
-from ..settings import setting
-from ..structures.directional.structure import ADAPTIVE, UNIFORM
+from ..structures.directional.structure import UNIFORM
 from ..structures.light_buffer import LightBuffer, LightBufferSettings
 from .directions import (
     MOST_NUMBERED,
     Projections,
+    cell_setting,
+    cells_setting,
     corners_at,
     cube_edges,
+    division_setting,
     drawn_cells,
     drawn_half,
     lengths_of,
     list_of,
     lit,
     longest_first,
+    longest_setting,
     numbered,
     pyramid,
     reach_of,
@@ -49,26 +52,10 @@ MOST_FOOTPRINTS = 60
 class Settings:
     """The knobs of the lesson."""
 
-    division: str = setting(
-        ADAPTIVE,
-        "Division",
-        "How a face is divided into cells",
-        choices={
-            ADAPTIVE: "Into four, again and again, where lists are long",
-            UNIFORM: "Into equal squares",
-        },
-    )
-    cells: int = setting(
-        8, "Cells", "Cells along an edge of a face", unit="cells", minimum=1, maximum=64,
-        only_for={"division": [UNIFORM]},
-    )  # fmt: skip
-    longest: int = setting(
-        24, "Max List Size", "A cell is divided if more objects are listed", unit="objects",
-        minimum=1, maximum=64, only_for={"division": [ADAPTIVE]},
-    )  # fmt: skip
-    cell: int = setting(
-        0, "Cell", "Which of the cells with objects; that of the longest list is 0", minimum=0
-    )
+    division: str = division_setting("a face", "squares")
+    cells: int = cells_setting(8, "an edge of a face", 64)
+    longest: int = longest_setting(24)
+    cell: int = cell_setting()
 
 
 class DirectionalCube(Play):

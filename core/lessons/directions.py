@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ..scene import SUN, Camera, Light, Scene
 from ..scene.camera_rays import camera_rays, framing_camera
 from ..scene.light import point_lights
 from ..scene.shadow_rays import shadow_rays
+from ..settings import setting
 from ..structures.directional.projection import (
     OUTLINE,
     U0,
@@ -29,7 +30,7 @@ from ..structures.directional.projection import (
     Footprints,
     footprints_of,
 )
-from ..structures.directional.structure import Directional
+from ..structures.directional.structure import ADAPTIVE, UNIFORM, Directional
 from .drawing import GREEN, GREY, Colour, Faces, Lines, coloured, halves, opaque, outlines, tinted
 from .picture import Mark
 
@@ -51,6 +52,42 @@ MOST_NUMBERED = 9
 
 COLUMNS, ROWS = 96, 72
 """Rays of the picture from whose hits the shadow rays of a lesson start."""
+
+
+def division_setting(whole: str, parts: str) -> Any:
+    """Declare how a lesson's cells are divided: of what, and into what if all are equal."""
+    return setting(
+        ADAPTIVE,
+        "Division",
+        f"How {whole} is divided into cells",
+        choices={
+            ADAPTIVE: "Into four, again and again, where lists are long",
+            UNIFORM: f"Into equal {parts}",
+        },
+    )
+
+
+def cells_setting(cells: int, along: str, maximum: int) -> Any:
+    """Declare how many cells there are in a row if all are equal."""
+    return setting(
+        cells, "Cells", f"Cells along {along}", unit="cells", minimum=1, maximum=maximum,
+        only_for={"division": [UNIFORM]},
+    )  # fmt: skip
+
+
+def longest_setting(longest: int) -> Any:
+    """Declare how long a list may be whose cell is not divided."""
+    return setting(
+        longest, "Max List Size", "A cell is divided if more objects are listed", unit="objects",
+        minimum=1, maximum=64, only_for={"division": [ADAPTIVE]},
+    )  # fmt: skip
+
+
+def cell_setting() -> Any:
+    """Declare which cell is looked at."""
+    return setting(
+        0, "Cell", "Which of the cells with objects; that of the longest list is 0", minimum=0
+    )
 
 
 def lit(scene: Scene) -> tuple[Scene, str]:

@@ -22,16 +22,19 @@ from ..colours import count_colours
 from ..printing import show_integer
 from ..progress import Progress
 from ..scene import Camera, Scene
-from ..settings import setting
 from ..structures.directional.lists import NONE
-from ..structures.directional.structure import ADAPTIVE, UNIFORM
+from ..structures.directional.structure import UNIFORM
 from ..structures.image_directory import UNCERTAIN, ImageDirectory, ImageDirectorySettings
 from .directions import (
+    cell_setting,
+    cells_setting,
     corners_at,
     cube_edges,
+    division_setting,
     lengths_of,
     list_of,
     longest_first,
+    longest_setting,
     numbered,
     pyramid,
     reach_of,
@@ -76,26 +79,10 @@ PAPER = 0.93
 class Settings:
     """The knobs of the lesson."""
 
-    division: str = setting(
-        ADAPTIVE,
-        "Division",
-        "How the picture is divided into cells",
-        choices={
-            ADAPTIVE: "Into four, again and again, where lists are long",
-            UNIFORM: "Into equal rectangles",
-        },
-    )
-    cells: int = setting(
-        24, "Cells", "Cells along each side of the picture", unit="cells", minimum=1, maximum=256,
-        only_for={"division": [UNIFORM]},
-    )  # fmt: skip
-    longest: int = setting(
-        2, "Max List Size", "A cell is divided if more objects are listed", unit="objects",
-        minimum=1, maximum=64, only_for={"division": [ADAPTIVE]},
-    )  # fmt: skip
-    cell: int = setting(
-        0, "Cell", "Which of the cells with objects; that of the longest list is 0", minimum=0
-    )
+    division: str = division_setting("the picture", "rectangles")
+    cells: int = cells_setting(24, "each side of the picture", 256)
+    longest: int = longest_setting(2)
+    cell: int = cell_setting()
 
 
 class PicturePlane(Play):
