@@ -24,6 +24,7 @@ from ..kernels import call
 from ..printing import show_integer
 from ..progress import Progress
 from ..settings import setting
+from ..structures.directional.insertion import view_of
 from ..structures.directional.lists import NONE
 from ..structures.directional.raster import draw_items
 from ..structures.directional.structure import UNIFORM
@@ -114,14 +115,14 @@ class RasterInsertion(Play):
         self.projections = Projections.of(buffer, self.face)
         footprints = self.projections.footprints
         shown, depth = np.full((width, width), NONE, np.int64), np.full((width, width), np.inf)
-        call(draw_items, footprints, buffer.faces, self.face, shown, depth)
+        call(draw_items, view_of(buffer.insertion, self.face, footprints), shown, depth)
         items = np.append(footprints.item, NONE).astype(np.int64)
         self.drawn_items = items[shown]
         progress.report(1, 2, "Comparing the lists")
         first = self.face * self.size**2
         cells = range(first, first + self.size**2)
         self.exact = (lists.last - lists.first)[first : first + self.size**2]
-        self.drawn = (drawn.last - drawn.first)[first : first + self.size**2]
+        self.drawn = np.diff(drawn)[first : first + self.size**2]
         self.window = window_of((self.exact > 0).reshape(self.size, self.size))
         self.missed = np.array([len(missed_in(buffer, cell)) for cell in cells])
         self.overlooked_items = np.unique(overlooked)
@@ -272,9 +273,7 @@ def window_of(filled: np.ndarray) -> tuple[np.ndarray, float]:
 
 def missed_in(buffer: LightBuffer, cell: int) -> np.ndarray:
     """Return the places of items that a cell lists exactly, and that were not drawn into it."""
-    drawn = buffer.arrays.drawn
-    found = drawn.references[int(drawn.first[cell]) : int(drawn.last[cell])]
-    return np.setdiff1d(list_of(buffer, cell).places, found)
+    return np.setdiff1d(list_of(buffer, cell).places, buffer.drawn_into(cell))
 
 
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:

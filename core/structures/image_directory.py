@@ -16,7 +16,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,16 +25,15 @@ from ..contract.needs import CAMERA, GEOMETRY
 from ..contract.statistics import Statistics
 from ..contract.walk import walk
 from ..errors import InputError
-from ..kernels import implements, inlined, whole
+from ..kernels import implements, whole
 from ..progress import SILENT, Progress
 from ..scene import Camera, Scene
 from ..scene.camera_rays import PRIMARY, framing_camera
 from ..settings import setting
-from .directional.faces import Faces, in_face, picture_of
-from .directional.lists import NONE, Lists, cell_at, no_lists
-from .directional.projection import Insertion
+from .directional.faces import Faces, picture_of
+from .directional.lists import NONE, NOT_DRAWN, Lists, cell_at
 from .directional.structure import Directional, DirectionalSettings, filled, insertion_of
-from .directional.walk import Seen, walk_list
+from .directional.walk import Seen, seen_by, sight_of, stranger, walk_cells
 
 CERTAIN = Figure(
     "certain_share", "share of the picture in whose cells nothing has to be searched for: they are "
@@ -65,8 +64,10 @@ class ImageArrays(NamedTuple):
     ----------
     faces : Faces
         The picture.
-    lists, nothing : Lists
-        Its cells; and none, in the place of what other structures draw.
+    lists : Lists
+        Its cells.
+    drawn : (0,) int64
+        Nothing: other structures draw.
     last : (0,) int32
         No last occluders.
     slack : float
@@ -77,48 +78,28 @@ class ImageArrays(NamedTuple):
 
     faces: Faces
     lists: Lists
-    nothing: Lists
+    drawn: np.ndarray
     last: np.ndarray
     slack: float
     extent: float
 
 
-@inlined
-def seen_from_camera(structure, ray):
-    """Return where a ray goes through the picture."""
-    faces, lists, slack = structure.faces, structure.lists, structure.slack
-    stranger = Seen(whole(NONE), False, 0.0, 0.0, whole(NONE))
-    o, w = faces.origins[0], faces.axes[0, 2]
-    x, y, z = ray.ox - o[0], ray.oy - o[1], ray.oz - o[2]
-    length = np.sqrt(ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz)
-    ux, uy, uz = ray.dx / length, ray.dy / length, ray.dz / length
-    if faces.is_parallel[0]:
-        off = np.sqrt((ux - w[0]) ** 2 + (uy - w[1]) ** 2 + (uz - w[2]) ** 2)
-        if not off * (structure.extent + np.sqrt(x * x + y * y + z * z)) <= slack:
-            return stranger
-        u, v, start = in_face(faces, 0, x, y, z)
-    else:
-        along = -(x * ux + y * uy + z * uz)
-        ex, ey, ez = x + along * ux, y + along * uy, z + along * uz
-        # It may start before the eye, but not so that it meets anything there.
-        if ex * ex + ey * ey + ez * ez > slack * slack or along > ray.t_min * length + slack:
-            return stranger
-        a, b, c = in_face(faces, 0, ux, uy, uz)
-        if c <= 0.0:
-            return stranger
-        u, v, start = a / c, b / c, -along
-    if not (abs(u) <= 1.0 + 1e-12 and abs(v) <= 1.0 + 1e-12):
-        return stranger
-    return Seen(cell_at(lists, 0, u, v), True, start + slack, length, whole(NONE))
+@implements(seen_by, ImageArrays, inline=True)
+def seen_by_camera(structure, ray):
+    """Return what is known of a ray through the picture."""
+    faces, slack = structure.faces, structure.slack
+    sight = sight_of(faces, whole(0), False, 1.0, structure.extent, ray)
+    # It may start before the eye, but not so that it meets anything there.
+    is_before = (sight.t - ray.t_min) * sight.length > slack
+    if not sight.off <= slack or (is_before and not faces.is_parallel[0]):
+        return stranger()
+    if not (abs(sight.u) <= 1.0 + 1e-12 and abs(sight.v) <= 1.0 + 1e-12):
+        return stranger()
+    cell = cell_at(structure.lists, sight.face, sight.u, sight.v)
+    return Seen(cell, True, slack - sight.t * sight.length, sight.length, whole(NONE))
 
 
-@implements(walk, ImageArrays, inline=True)
-def walk_image_directory(structure, geometry, ray, number, workspace, log):
-    """Test what the cell lists that a ray goes through, the nearest to the eye first."""
-    return walk_list(
-        structure.lists, structure.nothing, structure.last, geometry,
-        seen_from_camera(structure, ray), ray, number, workspace, log,
-    )  # fmt: skip
+implements(walk, ImageArrays, inline=True)(walk_cells)
 
 
 class ImageDirectory(Directional):
@@ -133,17 +114,6 @@ class ImageDirectory(Directional):
     FIGURES = *Directional.FIGURES, CERTAIN
 
     arrays: ImageArrays
-
-    def __init__(
-        self,
-        scene: Scene,
-        settings: ImageDirectorySettings,
-        arrays: ImageArrays,
-        insertion: Insertion,
-        geometry: Any,
-    ) -> None:
-        super().__init__(scene, settings, arrays, geometry)
-        self.insertion = insertion
 
     @classmethod
     def build(
@@ -174,7 +144,7 @@ class ImageDirectory(Directional):
         insertion = insertion_of(scene, geometry, faces, settings)
         lists = filled(insertion, settings, cls.name, progress)
         arrays = ImageArrays(
-            faces, lists, no_lists(), np.empty(0, np.int32), insertion.slack, scene.diagonal
+            faces, lists, NOT_DRAWN, np.empty(0, np.int32), insertion.slack, scene.diagonal
         )
         return cls(scene, settings, arrays, insertion, geometry)
 

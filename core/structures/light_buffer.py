@@ -26,29 +26,21 @@ E. Haines, D. Greenberg: The Light Buffer: A Shadow-Testing Accelerator, IEEE CG
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..contract.needs import GEOMETRY, LIGHTS
 from ..contract.walk import walk
 from ..errors import InputError
-from ..kernels import implements, inlined, whole
+from ..kernels import implements, whole
 from ..progress import SILENT, Progress
 from ..scene import LIGHT_KINDS, SUN, Scene
 from ..scene.camera_rays import SHADOW
 from ..settings import setting
-from .directional.faces import (
-    Faces,
-    cube,
-    face_towards,
-    in_face,
-    joined_faces,
-    plane_before_sun,
-)
-from .directional.lists import NONE, Lists, cell_at, no_lists
-from .directional.projection import Insertion
-from .directional.raster import drawn_lists
+from .directional.faces import Faces, cube, joined_faces, plane_before_sun
+from .directional.lists import NONE, NOT_DRAWN, Lists, cell_at
+from .directional.raster import with_drawn
 from .directional.structure import (
     UNIFORM,
     Directional,
@@ -57,7 +49,7 @@ from .directional.structure import (
     insert_setting,
     insertion_of,
 )
-from .directional.walk import Seen, walk_list
+from .directional.walk import Seen, seen_by, sight_of, stranger, walk_cells
 
 RASTER = "raster"
 
@@ -101,8 +93,10 @@ class LightBufferArrays(NamedTuple):
     faces : Faces
         Of all lights, one after the other.
     first_face : (n_lights,) int32
-    lists, drawn : Lists
-        Those in which nothing is missing, and those of what was drawn.
+    lists : Lists
+        In which nothing is missing; behind their references what was drawn.
+    drawn : (n_cells + 1,) int64
+        Where that begins, cell by cell; empty where nothing was.
     last : (k,) int32
         The last occluder of every light, or cell; without any, nothing is remembered.
     per_cell : bool
@@ -113,66 +107,34 @@ class LightBufferArrays(NamedTuple):
     faces: Faces
     first_face: np.ndarray
     lists: Lists
-    drawn: Lists
+    drawn: np.ndarray
     last: np.ndarray
     per_cell: bool
     slack: float
     extent: float
 
 
-@inlined
-def stranger():
-    """Return what is known of a ray that the lists are not for."""
-    return Seen(whole(NONE), False, 0.0, 0.0, whole(NONE))
-
-
-@inlined
-def seen_from_light(structure, ray):
-    """Return where a ray lies as the light sees it that it goes to."""
-    faces, lists, slack = structure.faces, structure.lists, structure.slack
-    light = whole(ray.target)
+@implements(seen_by, LightBufferArrays, inline=True)
+def seen_by_light(structure, ray):
+    """Return what is known of a ray to the light that it goes to."""
+    slack, light = structure.slack, whole(ray.target)
     if light < 0 or light >= len(structure.first_face):
         return stranger()
-    face = whole(structure.first_face[light])
-    o = faces.origins[face]
-    x, y, z = ray.ox - o[0], ray.oy - o[1], ray.oz - o[2]
-    square = ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz
-    length = np.sqrt(square)
-    if faces.is_parallel[face]:
-        w = faces.axes[face, 2]
-        ex, ey, ez = ray.dx / length + w[0], ray.dy / length + w[1], ray.dz / length + w[2]
-        size = structure.extent + np.sqrt(x * x + y * y + z * z)
-        if not np.sqrt(ex * ex + ey * ey + ez * ez) * size <= slack:
-            return stranger()
-        u, v, depth = in_face(faces, face, x, y, z)
-        cell = whole(NONE)
-        if abs(u) <= 1.0 and abs(v) <= 1.0:
-            cell = cell_at(lists, face, u, v)
-        start = depth - ray.t_min * length + slack
-    else:
-        # The t at which the ray is nearest to the light, and how far off that it then is.
-        t = -(x * ray.dx + y * ray.dy + z * ray.dz) / square
-        ex, ey, ez = x + t * ray.dx, y + t * ray.dy, z + t * ray.dz
-        is_off = ex * ex + ey * ey + ez * ez > slack * slack
-        if is_off or not (ray.t_max - t) * length <= slack:
-            return stranger()
-        face = whole(face_towards(face, -ray.dx, -ray.dy, -ray.dz))
-        a, b, c = in_face(faces, face, -ray.dx, -ray.dy, -ray.dz)
-        cell = cell_at(lists, face, a / c, b / c)
-        start = (t - ray.t_min) * length + slack
-    place = whole(NONE)
+    first = whole(structure.first_face[light])
+    sight = sight_of(structure.faces, first, True, -1.0, structure.extent, ray)
+    # It ends at a light that has a place, and never reaches a sun.
+    is_beyond = not (ray.t_max - sight.t) * sight.length <= slack
+    if not sight.off <= slack or (is_beyond and not structure.faces.is_parallel[first]):
+        return stranger()
+    cell, place = whole(NONE), whole(NONE)
+    if abs(sight.u) <= 1.0 and abs(sight.v) <= 1.0:
+        cell = cell_at(structure.lists, sight.face, sight.u, sight.v)
     if len(structure.last) > 0:
         place = cell if structure.per_cell else light
-    return Seen(cell, True, start, 0.0, place)
+    return Seen(cell, True, (sight.t - ray.t_min) * sight.length + slack, 0.0, place)
 
 
-@implements(walk, LightBufferArrays, inline=True)
-def walk_light_buffer(structure, geometry, ray, number, workspace, log):
-    """Test what the cell lists that a shadow ray comes through, the nearest to the light first."""
-    return walk_list(
-        structure.lists, structure.drawn, structure.last, geometry,
-        seen_from_light(structure, ray), ray, number, workspace, log,
-    )  # fmt: skip
+implements(walk, LightBufferArrays, inline=True)(walk_cells)
 
 
 class LightBuffer(Directional):
@@ -186,17 +148,6 @@ class LightBuffer(Directional):
     needs = frozenset({GEOMETRY, LIGHTS})
 
     arrays: LightBufferArrays
-
-    def __init__(
-        self,
-        scene: Scene,
-        settings: LightBufferSettings,
-        arrays: LightBufferArrays,
-        insertion: Insertion,
-        geometry: Any,
-    ) -> None:
-        super().__init__(scene, settings, arrays, geometry)
-        self.insertion = insertion
 
     @classmethod
     def build(
@@ -236,11 +187,11 @@ class LightBuffer(Directional):
         faces, geometry = joined_faces(parts), scene.items()
         insertion = insertion_of(scene, geometry, faces, settings)
         lists = filled(insertion, settings, cls.name, progress)
-        drawn = no_lists()
+        drawn = NOT_DRAWN
         if settings.insert == RASTER:
-            drawn = drawn_lists(
-                insertion, settings.cells, settings.pixels, settings.dilation, progress
-            )
+            lists, drawn = with_drawn(
+                lists, insertion, settings.pixels, settings.dilation, progress
+            )  # fmt: skip
         remembered = {PER_LIGHT: len(parts), PER_CELL: len(lists.children)}
         arrays = LightBufferArrays(
             faces, ends[:-1].astype(np.int32), lists, drawn,
@@ -254,6 +205,12 @@ class LightBuffer(Directional):
         """Which light each face is of, (m,) int."""
         ends = np.append(self.arrays.first_face[1:], len(self.faces.origins))
         return np.repeat(np.arange(len(ends)), ends - self.arrays.first_face)
+
+    def drawn_into(self, cell: int) -> np.ndarray:
+        """Return what was drawn into a cell, (k,): places in the geometry, the nearest first."""
+        drawn: np.ndarray = self.arrays.drawn
+        items: np.ndarray = self.lists.references[int(drawn[cell]) : int(drawn[cell + 1])]
+        return items
 
     @property
     def remembered(self) -> np.ndarray:

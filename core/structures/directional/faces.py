@@ -150,9 +150,8 @@ def in_face(faces, face, x, y, z):
 
 
 @inner
-def out_of_face(faces, face, u, v):
-    """Return the vector from the origin to the point at u, v that has depth 1."""
-    b = faces.back[face]
+def out_of_face(b, u, v):
+    """Return the vector from the origin of a face, whose `back` is given, to u, v at depth 1."""
     return (
         u * b[0, 0] + v * b[1, 0] + b[2, 0],
         u * b[0, 1] + v * b[1, 1] + b[2, 1],

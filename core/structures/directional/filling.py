@@ -14,35 +14,15 @@ from ...kernels import call, inner, kernel, whole
 from ...memory import refuse_if_too_large
 from ...parallel import for_chunks
 from ...progress import SILENT, Cancelled, Progress
-from .faces import Faces
-from .insertion import covered_to, is_in_cell
-from .lists import NONE, NOWHERE, OF_CELLS, OF_REFERENCES, Lists, step_along, with_entries
-from .projection import NEAREST, U0, U1, V0, V1, Footprints, Insertion, footprints_of
+from .insertion import View, cells_around, through_cell, view_of
+from .lists import NONE, NOWHERE, OF_CELLS, OF_REFERENCES, Lists, with_entries
+from .projection import NEAREST, Insertion, footprints_of
 
 BYTES_PER_REFERENCE = 12
 BYTES_PER_CELL = 40
 
 
 # -------------------------------------------------------------------------------- uniform cells
-
-
-class View(NamedTuple):
-    """What the kernels that fill cells know of a face.
-
-    Attributes
-    ----------
-    footprints : Footprints
-    faces : Faces
-    face : int
-    slack : float
-    covers : bool
-    """
-
-    footprints: Footprints
-    faces: Faces
-    face: int
-    slack: float
-    covers: bool
 
 
 @kernel
@@ -67,29 +47,23 @@ def insert_uniformly(view, begin, end, size, places, cover, far, references, nea
     """
     width, footprints = 2.0 / size, view.footprints
     for k in range(begin, end):
-        row = footprints.rows[k]
-        left, _ = step_along(row[U0], size)
-        right, _ = step_along(row[U1], size)
-        low, _ = step_along(row[V0], size)
-        high, _ = step_along(row[V1], size)
+        near = footprints.rows[k, NEAREST]
+        left, right, low, high = cells_around(footprints.rows[k], size)
         for j in range(low, high + 1):
             v = -1.0 + j * width
             for i in range(left, right + 1):
-                u, cell = -1.0 + i * width, j * size + i
-                if row[NEAREST] > far[cell] or not is_in_cell(
-                    footprints, view.faces, view.face, k, u, v, width
-                ):  # fmt: skip
+                cell = j * size + i
+                if near > far[cell]:
+                    continue
+                is_seen, depth = through_cell(view, k, -1.0 + i * width, v, width)
+                if not is_seen:
                     continue
                 if len(references) > 0:
                     references[places[cell]] = footprints.item[k]
-                    nearest[places[cell]] = row[NEAREST]
+                    nearest[places[cell]] = near
                 places[cell] += 1
-                if view.covers:
-                    depth = covered_to(
-                        footprints, view.faces, view.face, view.slack, k, u, v, width
-                    )
-                    if depth < far[cell]:
-                        cover[cell], far[cell] = footprints.item[k], depth
+                if depth < far[cell]:
+                    cover[cell], far[cell] = footprints.item[k], depth
 
 
 # ------------------------------------------------------------------------------- adaptive cells
@@ -188,13 +162,12 @@ def list_child(view, waiting, begin, end, lists, cell, u, v, size, place):
         k = whole(waiting[n])
         if footprints.rows[k, NEAREST] > lists.far[cell]:
             break
-        if is_in_cell(footprints, view.faces, view.face, k, u, v, size):
+        is_seen, depth = through_cell(view, k, u, v, size)
+        if is_seen:
             waiting[place] = k
             place += 1
-            if view.covers:
-                depth = covered_to(footprints, view.faces, view.face, view.slack, k, u, v, size)
-                if depth < lists.far[cell]:
-                    lists.cover[cell], lists.far[cell] = footprints.item[k], depth
+        if depth < lists.far[cell]:
+            lists.cover[cell], lists.far[cell] = footprints.item[k], depth
     return place
 
 
@@ -241,9 +214,9 @@ def lists_of(
     def divide(first: int, last: int) -> None:
         for face in range(first, last):
             footprints = footprints_of(insertion, face, stop.check)
-            view = View(footprints, insertion.faces, face, insertion.slack, insertion.covers)
+            view = view_of(insertion, face, footprints)
             list_face = adaptive if division.deepest else uniform
-            parts[face] = list_face(view, division, listed, name, stop)
+            parts[face] = list_face(view, face, division, listed, name, stop)
 
     for_chunks(divide, count, 0, stop, f"Filling {name}")
     return with_entries(joined_lists([part for part in parts if part is not None]), count)
@@ -279,7 +252,9 @@ def refuse_lists(listed: list[int], cells: int, name: str, advice: str) -> None:
     )
 
 
-def uniform(view: View, division: Division, listed: list[int], name: str, stop: Stop) -> Lists:
+def uniform(
+    view: View, face: int, division: Division, listed: list[int], name: str, stop: Stop
+) -> Lists:
     """Return the lists of the cells of one face: counted first, then written."""
     size, count = division.size, len(view.footprints.item)
     counts = np.zeros(size * size, np.int64)
@@ -295,7 +270,7 @@ def uniform(view: View, division: Division, listed: list[int], name: str, stop: 
         return [cover, far]
 
     insert(counts, np.empty(0, np.int32), np.empty(0))
-    listed[view.face] = int(counts.sum())
+    listed[face] = int(counts.sum())
     refuse_lists(listed, len(listed) * size * size, name, division.advice)
     ends = np.cumsum(counts)
     references, nearest = np.empty(int(ends[-1]), np.int32), np.empty(int(ends[-1]))
@@ -306,7 +281,9 @@ def uniform(view: View, division: Division, listed: list[int], name: str, stop: 
     )
 
 
-def adaptive(view: View, division: Division, listed: list[int], name: str, stop: Stop) -> Lists:
+def adaptive(
+    view: View, face: int, division: Division, listed: list[int], name: str, stop: Stop
+) -> Lists:
     """Return the lists of one face, divided where lists are long."""
     count = len(view.footprints.item)
     lists = Lists(
@@ -323,7 +300,7 @@ def adaptive(view: View, division: Division, listed: list[int], name: str, stop:
         reason = call(
             divide_face, view, division.most, division.deepest, waiting, stack, state, lists
         )
-        listed[view.face] = int(state[N_REFERENCES])
+        listed[face] = int(state[N_REFERENCES])
         if reason == FINISHED:
             break
         stop.check()

@@ -15,10 +15,13 @@ through it (lecture: "some cells might be covered completely by one object").
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ...kernels import inner
 from .faces import out_of_face
+from .lists import step_along
 from .projection import (
     ANGLE,
     BALL,
@@ -33,49 +36,108 @@ from .projection import (
     U1,
     V0,
     V1,
+    Footprints,
+    Insertion,
     X,
     Y,
     Z,
 )
 
 
+class View(NamedTuple):
+    """A face and what is seen through it, as kernels know them that go through its cells.
+
+    Attributes
+    ----------
+    footprints : Footprints
+    back : (3, 3) float64
+    w : (3,) float64
+    is_parallel : bool
+        Of :class:`.faces.Faces`.
+    slack : float
+    covers : bool
+        Of the insertion.
+    """
+
+    footprints: Footprints
+    back: np.ndarray
+    w: np.ndarray
+    is_parallel: bool
+    slack: float
+    covers: bool
+
+
+def view_of(insertion: Insertion, face: int, footprints: Footprints) -> View:
+    """Return a face with what is seen through it."""
+    faces = insertion.faces
+    return View(
+        footprints, faces.back[face], faces.axes[face, 2], bool(faces.is_parallel[face]),
+        insertion.slack, insertion.covers,
+    )  # fmt: skip
+
+
 @inner
-def is_in_cell(footprints, faces, face, k, u, v, size):
-    """Say whether an item may be seen through the cell at u, v of a size."""
-    kind, row = footprints.kind[k], footprints.rows[k]
+def cells_around(row, size):
+    """Return the first and last of so many cells, along u and along v, around an item."""
+    left, _ = step_along(row[U0], size)
+    right, _ = step_along(row[U1], size)
+    low, _ = step_along(row[V0], size)
+    high, _ = step_along(row[V1], size)
+    return left, right, low, high
+
+
+@inner
+def through_cell(view, k, u, v, size):
+    """Say whether an item may be seen through the cell at u, v of a size, and what is behind it.
+
+    Returns
+    -------
+    is_seen : bool
+    far : float
+        How far an item that covers the cell is away at most: all corners of the cell lie inside of
+        all edges of its outline, by a margin. inf if it does not, or covering is not asked for.
+    """
+    footprints, row = view.footprints, view.footprints.rows[k]
+    kind = footprints.kind[k]
     if row[U0] > u + size or row[U1] < u or row[V0] > v + size or row[V1] < v:
-        return kind == EVERYWHERE
-    if kind == BALL:
-        return is_cone_in_cell(faces, face, row, u, v, size)
-    if kind == OUTLINE:
-        for edge in range(footprints.first[k], footprints.first[k + 1]):
-            a, b, c = edge_of(footprints, k, edge)
-            # The corner of the cell that lies most to the inside.
-            most = c + a * (u + size if a > 0.0 else u) + b * (v + size if b > 0.0 else v)
-            if most < -row[MARGIN_OF] * (abs(a) + abs(b)):
-                return False
-    return True
+        return kind == EVERYWHERE, np.inf
+    if kind != OUTLINE:
+        return kind != BALL or is_cone_in_cell(view.back, row, u, v, size), np.inf
+    covers = view.covers
+    for edge in range(footprints.first[k], footprints.first[k + 1]):
+        a, b, c, margin = edge_of(footprints, k, edge)
+        # The corners of the cell that lie most and least to the inside.
+        along, across = abs(a) * size, abs(b) * size
+        most = a * u + b * v + c + (along if a > 0.0 else 0.0) + (across if b > 0.0 else 0.0)
+        if most < -margin:
+            return False, np.inf
+        covers = covers and most - along - across > 4.0 * margin
+    return True, farthest_in_cell(view, row, u, v, size) if covers else np.inf
 
 
 @inner
 def edge_of(footprints, k, edge):
-    """Return a, b, c of an edge of an outline: ``a u + b v + c >= 0`` to its inside."""
+    """Return a, b, c of an edge of an outline, and by how much it is unsure.
+
+    To the inside ``a u + b v + c >= 0``.
+    """
     following = edge + 1 if edge + 1 < footprints.first[k + 1] else footprints.first[k]
     p, q = footprints.outline[edge], footprints.outline[following]
     a, b = p[1] - q[1], q[0] - p[0]
-    return a, b, -(a * p[0] + b * p[1])
+    margin = footprints.rows[k, MARGIN_OF] * (abs(a) + abs(b))
+    return a, b, -(a * p[0] + b * p[1]), margin
 
 
 @inner
-def is_cone_in_cell(faces, face, row, u, v, size):
+def is_cone_in_cell(back, row, u, v, size):
     """Compare the angle between the middles of two cones with the sum of theirs."""
-    gx, gy, gz = out_of_face(faces, face, u + 0.5 * size, v + 0.5 * size)
+    gx, gy, gz = out_of_face(back, u + 0.5 * size, v + 0.5 * size)
     least = angle_between(gx, gy, gz, row[X], row[Y], row[Z]) - row[ANGLE]
     if least <= 0.0:
         return True
     for corner in range(4):
         hx, hy, hz = out_of_face(
-            faces, face, u + (size if corner & 1 else 0.0), v + (size if corner & 2 else 0.0)
+            back, u + (size if corner & 1 else 0.0), v + (size if corner & 2 else 0.0)
         )
         if least <= angle_between(gx, gy, gz, hx, hy, hz) + 1e-9:
             return True
@@ -90,33 +152,28 @@ def angle_between(ax, ay, az, bx, by, bz):
 
 
 @inner
-def covered_to(footprints, faces, face, slack, k, u, v, size):
-    """Return how far an item that covers a cell is away at most; inf if it does not cover it.
-
-    All corners of the cell lie inside of all edges of the outline, by a margin.
-    """
-    if footprints.kind[k] != OUTLINE:
-        return np.inf
-    row, w = footprints.rows[k], faces.axes[face, 2]
-    for edge in range(footprints.first[k], footprints.first[k + 1]):
-        a, b, c = edge_of(footprints, k, edge)
-        least = c + a * (u if a > 0.0 else u + size) + b * (v if b > 0.0 else v + size)
-        if least <= 4.0 * row[MARGIN_OF] * (abs(a) + abs(b)):
-            return np.inf
+def farthest_in_cell(view, row, u, v, size):
+    """Return how far the plane of a flat item is away at most; inf if it is not before the face."""
     farthest = -np.inf
     for corner in range(4):
-        x, y, z = out_of_face(
-            faces, face, u + (size if corner & 1 else 0.0), v + (size if corner & 2 else 0.0)
+        depth = distance_to_plane(
+            view, row, u + (size if corner & 1 else 0.0), v + (size if corner & 2 else 0.0)
         )
-        if faces.is_parallel[face]:
-            # From the place in the plane, along w, to the item's plane.
-            x, y, z = x - w[0], y - w[1], z - w[2]
-            along = row[NX] * w[0] + row[NY] * w[1] + row[NZ] * w[2]
-            depth = (row[HEIGHT] - (row[NX] * x + row[NY] * y + row[NZ] * z)) / along
-        else:
-            along = row[NX] * x + row[NY] * y + row[NZ] * z
-            depth = row[HEIGHT] / along * np.sqrt(x * x + y * y + z * z)
         if not abs(depth) < np.inf:
             return np.inf
         farthest = depth if depth > farthest else farthest
-    return farthest + 1e-6 * abs(farthest) + slack
+    return farthest + 1e-6 * abs(farthest) + view.slack
+
+
+@inner
+def distance_to_plane(view, row, u, v):
+    """Return how far away the plane is that a flat item lies in, at a place of the face."""
+    x, y, z = out_of_face(view.back, u, v)
+    height = row[HEIGHT]
+    if view.is_parallel:
+        # From that place in the face, which is not its origin, along w.
+        w = view.w
+        height -= row[NX] * (x - w[0]) + row[NY] * (y - w[1]) + row[NZ] * (z - w[2])
+        x, y, z = w[0], w[1], w[2]
+    along = row[NX] * x + row[NY] * y + row[NZ] * z
+    return height / along * np.sqrt(x * x + y * y + z * z)

@@ -59,6 +59,9 @@ class Lists(NamedTuple):
     nearest: np.ndarray
 
 
+NOT_DRAWN = np.zeros(0, np.int64)
+"""Where drawn items begin, of structures without any (:mod:`.raster`)."""
+
 OF_CELLS = ("children", "first", "last", "cover", "far")
 OF_REFERENCES = ("references", "nearest")
 
@@ -105,13 +108,6 @@ def with_entries(lists: Lists, faces: int) -> Lists:
         cell = np.where(lists.children[cell] >= 0, child, cell)
         half //= 2
     return lists._replace(entries=entries, entry=cell.astype(np.int32))
-
-
-def no_lists() -> Lists:
-    """Return lists without a cell: of what is not asked."""
-    whole_numbers, lengths = np.zeros(0, np.int64), np.zeros(0)
-    items = np.zeros(0, np.int32)
-    return Lists(1, 0, items, items, whole_numbers, whole_numbers, items, lengths, items, lengths)
 
 
 class Squares(NamedTuple):

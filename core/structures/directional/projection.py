@@ -94,31 +94,19 @@ class Footprints(NamedTuple):
 
 
 @inner
-def side_of(side, nearest, a, b, c):
-    """Return how far a point of a face lies behind a plane that clips it; negative for before."""
-    if side == 0:
-        return c - nearest
-    if side == 1:
-        return (1.0 + BEYOND) * c - a
-    if side == 2:
-        return (1.0 + BEYOND) * c + a
-    if side == 3:
-        return (1.0 + BEYOND) * c - b
-    return (1.0 + BEYOND) * c + b
-
-
-@inner
-def clip_to_face(before, after, count, nearest):
+def clip_to_face(before, after, count, planes):
     """Clip a polygon, in `before`, to what a face sees; return its number of corners.
 
     I. Sutherland, G. Hodgman: Reentrant Polygon Clipping, CACM 17(1), 1974.
     """
-    for side in range(SIDES):
+    for side in range(len(planes)):
         kept = 0
         for i in range(count):
             j = i + 1 if i + 1 < count else 0
-            here = side_of(side, nearest, before[i, 0], before[i, 1], before[i, 2])
-            there = side_of(side, nearest, before[j, 0], before[j, 1], before[j, 2])
+            here = there = planes[side, 3]
+            for axis in range(3):
+                here += planes[side, axis] * before[i, axis]
+                there += planes[side, axis] * before[j, axis]
             if here >= 0.0:
                 for axis in range(3):
                     after[kept, axis] = before[i, axis]
@@ -138,7 +126,7 @@ def clip_to_face(before, after, count, nearest):
 
 
 @kernel
-def project_polygons(points, polygons, items, nearest, scratch, extent, outline, corners):
+def project_polygons(points, polygons, items, planes, scratch, extent, outline, corners):
     """Clip the polygons of items to what a face sees, and project them.
 
     Parameters
@@ -149,8 +137,8 @@ def project_polygons(points, polygons, items, nearest, scratch, extent, outline,
         Polygon k has the corners ``points[polygons[k]:polygons[k + 1]]``.
     items : (n + 1,) int64
         Item i has the polygons ``items[i] <= k < items[i + 1]``.
-    nearest : float
-        What is nearer is clipped away.
+    planes : (SIDES, 4) float64
+        See :func:`sides_of`.
     scratch : (2, k, 3) float64
     extent : (n, 6) float64
         In the end the rectangle around each, the least depth, and twice the area of the last
@@ -169,7 +157,7 @@ def project_polygons(points, polygons, items, nearest, scratch, extent, outline,
             for corner in range(count):
                 for axis in range(3):
                     before[corner, axis] = points[polygons[k] + corner, axis]
-            count = whole(clip_to_face(before, after, count, nearest))
+            count = whole(clip_to_face(before, after, count, planes))
             for corner in range(count):
                 c = before[corner, 2]
                 u, v = before[corner, 0] / c, before[corner, 1] / c
@@ -185,6 +173,19 @@ def project_polygons(points, polygons, items, nearest, scratch, extent, outline,
         row[0], row[1], row[2], row[3], row[4], row[5] = u0, v0, u1, v1, depth, area
         corners[i] = count
         place += count
+
+
+def sides_of(nearest: float) -> np.ndarray:
+    """Return the planes that clip what a face sees, (SIDES, 4): a, b, c, d.
+
+    Kept is where ``a x + b y + c z + d >= 0``: before the face by more than `nearest`, and not
+    beyond its borders.
+    """
+    wide = 1.0 + BEYOND
+    return np.array(
+        [[0.0, 0.0, 1.0, -nearest], [-1.0, 0.0, wide, 0.0], [1.0, 0.0, wide, 0.0],
+         [0.0, -1.0, wide, 0.0], [0.0, 1.0, wide, 0.0]]
+    )  # fmt: skip
 
 
 def project(insertion: Insertion, face: int, numbers: np.ndarray, around: np.ndarray) -> Footprints:
@@ -220,7 +221,7 @@ def project(insertion: Insertion, face: int, numbers: np.ndarray, around: np.nda
     outline = np.empty((len(points) + SIDES * len(of_polygon), 2))
     call(
         project_polygons, points, starts_of(of_polygon), starts_of(n_polygons),
-        slack / faces.spread[face], np.empty((2, room, 3)), extent, outline, corners,
+        sides_of(slack / faces.spread[face]), np.empty((2, room, 3)), extent, outline, corners,
     )  # fmt: skip
     depth, area = extent[:, 4], extent[:, 5]
     with np.errstate(invalid="ignore"):  # of what is not seen, inf - inf

@@ -19,80 +19,69 @@ import numpy as np
 from ...kernels import call, inner, kernel
 from ...progress import Progress
 from .faces import out_of_face
-from .insertion import edge_of
-from .lists import NONE, NOWHERE, Lists, step_along, with_entries
-from .projection import (
-    ANGLE,
-    HEIGHT,
-    NEAREST,
-    NX,
-    NY,
-    NZ,
-    OUTLINE,
-    U0,
-    U1,
-    V0,
-    V1,
-    Insertion,
-    X,
-    Y,
-    Z,
-    footprints_of,
-)
+from .insertion import cells_around, distance_to_plane, edge_of, view_of
+from .lists import NONE, Lists
+from .projection import ANGLE, NEAREST, OUTLINE, Insertion, X, Y, Z, footprints_of
 
 
-def drawn_lists(
-    insertion: Insertion, size: int, pixels: int, dilation: int, progress: Progress
-) -> Lists:
-    """Return what is visible through the cells of all faces at the middles of their pixels.
+def with_drawn(
+    lists: Lists, insertion: Insertion, pixels: int, dilation: int, progress: Progress
+) -> tuple[Lists, np.ndarray]:
+    """Draw items into the cells of all faces; what is visible at the middles of pixels is kept.
 
     Parameters
     ----------
-    size, pixels : int
-        Cells along an edge of a face, and pixels along an edge of a cell.
+    lists : Lists
+        Of uniform cells.
+    pixels : int
+        Along an edge of a cell.
     dilation : int
         So many pixels around a cell are its own as well.
+
+    Returns
+    -------
+    lists : Lists
+        Those, and behind their references the drawn ones.
+    drawn : (n_cells + 1,) int64
+        Where these begin, cell by cell.
 
     Raises
     ------
     Cancelled
         From `progress`.
     """
+    size = lists.size
     faces, width = insertion.faces, size * pixels
-    counts, references, nearest = [], [], []
+    counts, references, nearest = [], [lists.references], [lists.nearest]
     for face in range(len(faces.origins)):
         progress.report(face, len(faces.origins), "Drawing items into cells")
         footprints = footprints_of(insertion, face)
-        drawn, depth = np.full((width, width), NONE, np.int64), np.full((width, width), np.inf)
-        call(draw_items, footprints, faces, face, drawn, depth)
-        cell, k = visible_in_cells(drawn, size, pixels, dilation)
+        shown, depth = np.full((width, width), NONE, np.int64), np.full((width, width), np.inf)
+        call(draw_items, view_of(insertion, face, footprints), shown, depth)
+        cell, k = visible_in_cells(shown, size, pixels, dilation)
         # Footprints are in the order of their distance, and so are the lists.
         counts.append(np.bincount(cell, minlength=size * size))
         references.append(footprints.item[k])
         nearest.append(footprints.rows[k, NEAREST])
-    ends = np.cumsum(np.concatenate(counts))
-    cells = len(ends)
-    lists = Lists(
-        size, 0, NOWHERE, np.full(cells, NONE, np.int32), ends - np.concatenate(counts), ends,
-        np.full(cells, NONE, np.int32), np.full(cells, np.inf), np.concatenate(references),
-        np.concatenate(nearest),
-    )  # fmt: skip
-    return with_entries(lists, len(faces.origins))
+    drawn = len(lists.references) + np.cumsum([0, *np.concatenate(counts)])
+    return lists._replace(
+        references=np.concatenate(references), nearest=np.concatenate(nearest)
+    ), drawn
 
 
 def visible_in_cells(
-    drawn: np.ndarray, size: int, pixels: int, dilation: int
+    shown: np.ndarray, size: int, pixels: int, dilation: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return which footprints are visible in which cells, each pair once, in order of both.
 
     Parameters
     ----------
-    drawn : (size * pixels, size * pixels) int64
+    shown : (size * pixels, size * pixels) int64
         The footprint that each pixel shows, row by row along v; NONE for none.
     """
     width = size * pixels
-    row, column = np.nonzero(drawn >= 0)
-    k = drawn[row, column]
+    row, column = np.nonzero(shown >= 0)
+    k = shown[row, column]
     most = int(k.max(initial=0)) + 1
     found = [np.zeros(0, np.int64)]
     for down in range(-dilation, dilation + 1):
@@ -106,52 +95,42 @@ def visible_in_cells(
 
 
 @kernel
-def draw_items(footprints, faces, face, drawn, depth):
+def draw_items(view, shown, depth):
     """Draw all items into a face: each pixel shows the nearest at its middle.
 
     Parameters
     ----------
-    drawn : (n, n) int64
+    view : View
+    shown : (n, n) int64
         NONE; in the end the footprint that each pixel shows.
     depth : (n, n) float64
         inf; in the end how far away that is.
     """
-    width = len(drawn)
+    width = len(shown)
     step = 2.0 / width
-    for k in range(len(footprints.item)):
-        row = footprints.rows[k]
-        left, _ = step_along(row[U0], width)
-        right, _ = step_along(row[U1], width)
-        low, _ = step_along(row[V0], width)
-        high, _ = step_along(row[V1], width)
+    for k in range(len(view.footprints.item)):
+        left, right, low, high = cells_around(view.footprints.rows[k], width)
         for j in range(low, high + 1):
             for i in range(left, right + 1):
-                u, v = -1.0 + (i + 0.5) * step, -1.0 + (j + 0.5) * step
-                distance = distance_at(footprints, faces, face, k, u, v)
+                distance = distance_at(view, k, -1.0 + (i + 0.5) * step, -1.0 + (j + 0.5) * step)
                 if distance < depth[j, i]:
-                    drawn[j, i], depth[j, i] = k, distance
+                    shown[j, i], depth[j, i] = k, distance
 
 
 @inner
-def distance_at(footprints, faces, face, k, u, v):
+def distance_at(view, k, u, v):
     """Return how far away an item is at a place of a face, inf where it is not."""
-    row = footprints.rows[k]
-    x, y, z = out_of_face(faces, face, u, v)
+    footprints, row = view.footprints, view.footprints.rows[k]
     if footprints.kind[k] == OUTLINE:
         for edge in range(footprints.first[k], footprints.first[k + 1]):
-            a, b, c = edge_of(footprints, k, edge)
+            a, b, c, _ = edge_of(footprints, k, edge)
             if a * u + b * v + c < 0.0:
                 return np.inf
-        w = faces.axes[face, 2]
-        if faces.is_parallel[face]:
-            x, y, z = x - w[0], y - w[1], z - w[2]
-            along = row[NX] * w[0] + row[NY] * w[1] + row[NZ] * w[2]
-            return (row[HEIGHT] - (row[NX] * x + row[NY] * y + row[NZ] * z)) / along
-        along = row[NX] * x + row[NY] * y + row[NZ] * z
-        return row[HEIGHT] / along * np.sqrt(x * x + y * y + z * z)
-    if faces.is_parallel[face] or row[ANGLE] >= 0.5 * np.pi:
+        return distance_to_plane(view, row, u, v)
+    if view.is_parallel or row[ANGLE] >= 0.5 * np.pi:
         return row[NEAREST]
     # Where the ray enters the ball: its middle is at p, its radius that times the sine.
+    x, y, z = out_of_face(view.back, u, v)
     length = np.sqrt(x * x + y * y + z * z)
     along = (x * row[X] + y * row[Y] + z * row[Z]) / length
     square = row[X] * row[X] + row[Y] * row[Y] + row[Z] * row[Z]

@@ -30,7 +30,7 @@ from ...scene import Scene
 from ...settings import setting
 from .faces import Faces
 from .filling import Division, lists_of
-from .insertion import is_in_cell
+from .insertion import through_cell, view_of
 from .items import ULPS, items_of
 from .lists import NONE, Lists, Squares, cell_at, squares_of
 from .merging import EQUAL, KEEP, SIMILAR, merged
@@ -145,7 +145,11 @@ class Directional(Structure):
     """Copies of boxes, balls and corners, and the order of all items for both threads; lists are
     refused by themselves, when they are counted."""
 
-    insertion: Insertion
+    def __init__(
+        self, scene: Scene, settings: Any, arrays: Any, insertion: Insertion, geometry: Any
+    ) -> None:
+        super().__init__(scene, settings, arrays, geometry)
+        self.insertion = insertion
 
     @property
     def faces(self) -> Faces:
@@ -289,7 +293,8 @@ class Directional(Structure):
             row_of[:] = NONE
             row_of[footprints.item] = np.arange(len(footprints.item))
             own = leaves[squares.face[leaves] == face]
-            total += call(count_exact, footprints, faces, face, squares, lists, own, row_of)
+            view = view_of(insertion, face, footprints)
+            total += call(count_exact, view, squares, lists, own, row_of)
         return int(total)
 
     def validate(self) -> list[str]:
@@ -365,15 +370,14 @@ def _areas(corners: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def count_exact(footprints, faces, face, squares, lists, cells, row_of):
+def count_exact(view, squares, lists, cells, row_of):
     """Count how many of the items that cells list are seen through them exactly."""
     total = whole(0)
     for n in range(len(cells)):
         cell = whole(cells[n])
         for slot in range(lists.first[cell], lists.last[cell]):
             k = whole(row_of[lists.references[slot]])
-            if k >= 0 and is_in_cell(
-                footprints, faces, face, k, squares.u[cell], squares.v[cell], squares.width[cell]
-            ):  # fmt: skip
-                total += 1
+            if k >= 0:
+                u, v, size = squares.u[cell], squares.v[cell], squares.width[cell]
+                total += through_cell(view, k, u, v, size)[0]
     return total

@@ -39,24 +39,24 @@ def test_a_pixel_shows_what_the_ray_through_its_middle_hits(lab, name, settings)
     items = np.where(shown >= 0, buffer.geometry.ids[shown], -1)
     np.testing.assert_array_equal(items, hits.primitive)
     # What a pixel shows is in the list of what was drawn into its cell.
-    drawn, size = buffer.arrays.drawn, settings.cells
+    size = settings.cells
     for pixel in np.flatnonzero(shown >= 0).tolist():
         j, i = (each // settings.pixels for each in divmod(pixel, width))
         cell = play.face * size**2 + j * size + i
-        assert shown[pixel] in drawn.references[drawn.first[cell] : drawn.last[cell]]
+        assert shown[pixel] in buffer.drawn_into(cell)
 
 
 @pytest.mark.parametrize("settings", KNOBS)
 @pytest.mark.parametrize("name", SCENES)
 def test_figures_are_those_of_the_lists_and_of_the_rays(lab, name, settings):
     play = played(name, settings, lab)
-    buffer, lists, drawn = play.buffer, play.buffer.lists, play.buffer.arrays.drawn
+    buffer, lists = play.buffer, play.buffer.lists
     size = settings.cells**2
     n_exact = n_drawn = n_missed = 0
     for n in range(size):
         cell = play.face * size + n
         exact = set(lists.references[lists.first[cell] : lists.last[cell]].tolist())
-        found = set(drawn.references[drawn.first[cell] : drawn.last[cell]].tolist())
+        found = set(buffer.drawn_into(cell).tolist())
         n_exact, n_drawn = n_exact + len(exact), n_drawn + len(found)
         n_missed += len(exact - found)
         assert play.missed[n] == len(exact - found)
