@@ -171,6 +171,25 @@ class Kernel:
                     self._dispatcher = _make_dispatcher(self.py_func, self._options)
         return self._dispatcher
 
+    def compiled_at(self, types: tuple[Any, ...]) -> tuple[int, Any]:
+        """Return the address of what is compiled for arguments of these types, and what it returns.
+
+        It stays there as long as the kernel does. It is called by Numba's own convention, without
+        any side for Python.
+
+        Returns
+        -------
+        address : int
+        returned : Numba's type
+        """
+        with _one_at_a_time:
+            self.dispatcher.compile(types)
+            made = self.dispatcher.overloads[types]
+            return (
+                made.library.get_pointer_to_function(made.fndesc.llvm_func_name),
+                made.signature.return_type,
+            )
+
     @property
     def _numba_type_(self) -> Any:
         """What Numba takes it for where another kernel calls it."""
@@ -184,7 +203,8 @@ def _make_dispatcher(function: Callable, options: dict[str, Any]) -> Any:
 
     _listen_for_compiling()
     dispatcher = numba.njit(**options)(function)
-    if _prepare_cache():
+    # What does not come from a file cannot be found again.
+    if os.path.exists(function.__code__.co_filename) and _prepare_cache():
         try:
             # What cache=True does, with a type of our own.
             dispatcher._cache = _cache_type()(function)

@@ -30,6 +30,7 @@ from . import evaluate as command_evaluate
 from . import film as command_film
 from . import handout as command_handout
 from . import lessons as command_lessons
+from . import pipeline as command_pipeline
 from . import prepare as command_prepare
 from .arguments import SPECS, OpenFile, Parser
 from .output import NOTHING, CannotPrint, complain, print_result, reason_told
@@ -57,6 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
     command_lessons.add_parsers(commands)
     command_film.add_parser(commands)
     command_handout.add_parser(commands)
+    command_pipeline.add_parser(commands)
     command_prepare.add_parser(commands)
     parser.knobbed = {name: commands.choices[name] for name in ("lesson", "film")}
     return parser

@@ -22,7 +22,10 @@ BELOW = {
     "panels": {"operators", "addon", "core", "sample_scenes"},
 }
 # The rooms of the core from the ground up; the ground itself are the modules beside them.
-ROOMS = "geometry", "scene", "files", "contract", "structures", "sah", "lessons", "evaluation"
+ROOMS = (
+    "geometry", "scene", "files", "contract", "structures", "sah", "pipeline", "lessons",
+    "evaluation",
+)  # fmt: skip
 
 # Blender's own modules, which the core must do without.
 BLENDER = {"bpy", "bmesh", "mathutils", "gpu", "gpu_extras", "bpy_extras", "blf", "bl_ext"}

@@ -46,6 +46,28 @@ def write_picture(path: str | Path, outcome: Outcome) -> None:
         write_bytes(files[2 * n + 1], npy_bytes(numbers[n]))
 
 
+def write_numbers(path: str | Path, image: np.ndarray, numbers: np.ndarray) -> None:
+    """Write an image, (height, width, 3) from 0 to 1, as PNG, and what it shows beside it as .npy.
+
+    Raises
+    ------
+    InputError
+        If a place cannot be written to.
+    """
+    write_bytes(Path(path), png_bytes(image))
+    write_bytes(Path(path).with_suffix(".npy"), npy_bytes(numbers))
+
+
+def map_of_calls(calls: np.ndarray) -> np.ndarray:
+    """Return colours, (height, width, 3), of calls of shaders, (height, width, stages), together.
+
+    Dark is a pixel for which as few were called as for any, bright one for which most were.
+    """
+    counts = calls.sum(axis=2)
+    low, high = counts.min(), counts.max()
+    return viridis((counts - low) / max(high - low, 1))
+
+
 def map_of_samples(samples: np.ndarray) -> np.ndarray:
     """Return colours, (height, width, 3), of numbers of samples: dark for the fewest, 1."""
     return viridis(np.log2(samples) / max(np.log2(samples.max()), 1.0))

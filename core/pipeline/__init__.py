@@ -1,0 +1,1 @@
+"""The ray tracing pipeline of DirectX Raytracing, with its five kinds of shaders, in Python."""
