@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -118,6 +119,7 @@ class Pipeline:
         self.structure, self.program = structure, program
         self.shaders = shaders_of(program)
         refuse_scene(structure.scene, self.shaders)
+        self.compiler = shading.Compiler()
         self._tables = tables_of(structure, geometry_flags)
 
     def launch(
@@ -162,7 +164,13 @@ class Pipeline:
 
         def run(first: int, last: int) -> None:
             with spare.lent() as desk:
-                desk.run(rays, width, height, first, last, colours, calls)
+                try:
+                    desk.run(rays, width, height, first, last, colours, calls)
+                except (InputError, RuntimeError):
+                    raise
+                except Exception as error:
+                    pixel = int(desk.stage.now[stages.PIXEL])
+                    raise self._explained(error, rays, width, height, pixel) from error
 
         for_chunks(run, count, threads, progress, "Running the program")
         seconds = time.perf_counter() - start
@@ -186,11 +194,37 @@ class Pipeline:
         states: list[tuple[Any, ...]] = []
         desk.set_states(states)
         colours, calls = np.zeros((width * height, 4)), np.zeros((width * height, len(STAGES)), int)
-        desk.run(rays, width, height, pixel, pixel + 1, colours, calls)
+        try:
+            desk.run(rays, width, height, pixel, pixel + 1, colours, calls)
+        except (InputError, RuntimeError):
+            raise
+        except Exception as error:
+            raise self._explained(error, rays, width, height, pixel) from error
         return [
             State(stages.STATE_NAMES[state], *map(int, told), float(t))  # type: ignore[call-arg]
             for state, *told, t in states
         ], log
+
+    def _explained(
+        self, error: Exception, rays: Rays, width: int, height: int, pixel: int
+    ) -> Exception:
+        """Return what a shader has raised as the user's error, with the line of its source.
+
+        Compiled code does not know its lines: the pixel is made again in plain Python.
+        """
+        files = {each.function.__code__.co_filename for each in self.shaders.all_of_them()}
+        if line_in(error, files) is None:
+            nothing = np.zeros((width * height, 4)), np.zeros((width * height, len(STAGES)), int)
+            try:
+                PlainDesk(self).run(rays, width, height, pixel, pixel + 1, *nothing)
+            except Exception as again:
+                error = again
+        where = line_in(error, files)
+        if where is None:
+            return error  # a defect of ours
+        return InputError(
+            f"{where}: {type(error).__name__}: {error} (pixel {pixel % width},{pixel // width})"
+        )
 
     def _named(self, by_type: np.ndarray) -> dict[str, dict[str, int]]:
         names = list(self.program.ray_types)
@@ -200,6 +234,17 @@ class Pipeline:
                 name = names[number] if number < len(names) else f"type {number}"
                 found[name] = dict(zip(STAGE_NAMES, row.tolist()))
         return found
+
+
+def line_in(error: Exception, files: set[str]) -> str | None:
+    """Return file and line of the innermost call in one of some files that raised an exception."""
+    found, trace = None, error.__traceback__
+    while trace is not None:
+        name = trace.tb_frame.f_code.co_filename
+        if name in files:
+            found = f"{Path(name).name}, line {trace.tb_lineno}"
+        trace = trace.tb_next
+    return found
 
 
 class Desk:
@@ -283,7 +328,7 @@ class CompiledDesk(Desk):
         from .compiled import PointerType, kept
 
         structure, own = pipeline.structure, pipeline.shaders
-        tables = shader_tables(own, shading.compiled)
+        tables = shader_tables(own, pipeline.compiler.address)
         words, lights = scene_words(structure.scene)
         payloads = np.zeros((stages.MOST_RECURSION + 1, 2), np.int64)
         self.stage = Stage(
@@ -305,7 +350,7 @@ class CompiledDesk(Desk):
         scene.bundle = int(bundle_memory.ctypes.data)
         traced: Any = trace
         scene.trace, _ = traced.compiled_at(kinds)
-        self._ray_generation = shading.compiled(own.ray_generation)
+        self._ray_generation = pipeline.compiler.address(own.ray_generation)
         # Addresses keep nothing alive.
         self._alive = words, lights, stage_memory, bundle, bundle_memory, scene
         for depth in range(stages.MOST_RECURSION + 1):

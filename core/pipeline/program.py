@@ -53,7 +53,7 @@ class Program:
         One sentence about it, without a full stop.
     """
 
-    ray_generation: Callable
+    ray_generation: Callable | None = None
     hit_groups: Sequence[HitGroup] = ()
     miss: Sequence[Callable | None] = ()
     max_recursion_depth: int = 1

@@ -7,13 +7,16 @@ records and call the shader.
 from __future__ import annotations
 
 import inspect
+import re
+import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import InputError
-from ..kernels import Kernel, inner
+from ..kernels import inner
 from .program import HitGroup, Program
 from .records import LinkedRow, Row, Struct, declared
 from .stage import MOST_ATTRIBUTES, NULL
@@ -46,6 +49,11 @@ GIVEN = {
     "ray": declared(Ray).constant,
 }
 """The records of those parameters that the program does not declare."""
+
+STRUCT_NAME = re.compile(r"(?:const_)?struct_(\w+)_[0-9a-f]+")
+"""What Numba calls a struct (:func:`.compiled.short`)."""
+
+PLACE = re.compile(r'File "([^"]+)", line (\d+)')
 
 VERDICTS = ACCEPT_HIT, IGNORE_HIT, ACCEPT_HIT_AND_END_SEARCH
 
@@ -138,6 +146,11 @@ class Shaders(NamedTuple):
     procedurals: tuple[Group, ...]
     misses: tuple[Shader | None, ...]
 
+    def all_of_them(self) -> list[Shader]:
+        """Return every shader."""
+        groups = [each for group in (*self.triangles, *self.procedurals) for each in group]
+        return [each for each in (self.ray_generation, *groups, *self.misses) if each is not None]
+
 
 def shaders_of(program: Program) -> Shaders:
     """Check the shaders of a program.
@@ -217,40 +230,62 @@ def _verdict_wanted(shader: Shader) -> str:
 # ---------------------------------------------------------------------------------- compiled
 
 
-def compiled(shader: Shader | None) -> int:
-    """Return the address of a shader, compiled.
+class Compiler:
+    """Shaders compiled, each once; what an address leads to is kept alive here."""
 
-    Raises
-    ------
-    InputError
-        If Numba cannot compile it, with what it says in one line.
-    """
-    if shader is None:
-        return NULL
+    def __init__(self) -> None:
+        self._made: dict[Shader, tuple[int, Any]] = {}
+        self._lock = threading.Lock()
+
+    def address(self, shader: Shader | None) -> int:
+        """Return the address of a shader, compiled.
+
+        Raises
+        ------
+        InputError
+            If Numba cannot compile it, with what it says in one line.
+        """
+        if shader is None:
+            return NULL
+        with self._lock:
+            if shader not in self._made:
+                self._made[shader] = compiled(shader)
+            return self._made[shader][0]
+
+
+def compiled(shader: Shader) -> tuple[int, Any]:
+    """Return the address of a shader, compiled, and what keeps that alive."""
     from numba.core import errors, types
 
     from .compiled import StructType
 
     wrapped: Any = inner(shader.function)
-    if not isinstance(wrapped, Kernel):
-        raise RuntimeError("nothing is compiled here")
     kinds = tuple(StructType(each.key) for each in shader.structs)
     try:
         address, returned = wrapped.compiled_at(kinds)
     except errors.NumbaError as error:
-        raise InputError(
-            f"{shader.function.__name__} cannot be compiled: {_first_reason(error)}"
-        ) from error
+        raise InputError(reason_told(shader, str(error))) from error
     if shader.stage == "any_hit" and returned != types.int64:
         raise InputError(_verdict_wanted(shader))
-    return address
+    return address, wrapped
 
 
-def _first_reason(error: Exception) -> str:
-    """Return what says most of Numba's message: its last line with a reason."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    told = [line for line in lines if not line.startswith(("During", "File", "-", ">>>", "^"))]
-    return " ".join(told[:3]) if told else type(error).__name__
+def reason_told(shader: Shader, message: str) -> str:
+    """Return what Numba says of a shader that it cannot compile, on one line."""
+    code = shader.function.__code__
+    lines = [line.strip() for line in message.splitlines()]
+    told = [
+        line for line in lines
+        if line and not line.startswith(("Failed in", "During", "File", "- ", "def ", "<source"))
+    ]  # fmt: skip
+    reason = STRUCT_NAME.sub(r"\1", told[0]) if told else "Numba gives no reason"
+    places = [
+        int(found[2]) for found in PLACE.finditer(message)
+        if Path(found[1]).name == Path(code.co_filename).name
+    ]  # fmt: skip
+    line = places[-1] if places else code.co_firstlineno
+    name = f"{Path(code.co_filename).name}, line {line}, {shader.function.__name__}"
+    return f"{name} cannot be compiled: {reason}"
 
 
 def table(rows: list[list[Any]]) -> np.ndarray:

@@ -95,7 +95,7 @@ def run(
     Cancelled
         From `progress`.
     """
-    CameraWorkload.refuse_impossible(view)  # type: ignore[arg-type]
+    CameraWorkload.refuse_impossible(view)
     scene = built.structure.scene
     pipeline = Pipeline(built.structure, program)
     camera = camera_of(scene, view)
