@@ -68,8 +68,9 @@ DEEPEST = 7
 AHEAD = 0.45
 """How far before the camera the picture is drawn, of the way to the scene's middle."""
 
-MOST_CELLS = 3000
-"""Cells that are drawn of the picture: of more, the largest."""
+MOST_CELLS = 4096
+"""Cells that are drawn of the picture: of more, those with something, and of too many of these some
+from everywhere."""
 
 PAPER = 0.93
 """Grey of pixels in which nothing is seen."""
@@ -131,8 +132,10 @@ class PicturePlane(Play):
         """Return the cells of the picture before its camera, and lines to its corners."""
         directory = self.directory
         leaves = np.flatnonzero(directory.lists.children < 0)
-        largest = np.argsort(-directory.squares.width[leaves], kind="stable")[:MOST_CELLS]
-        leaves = leaves[largest]
+        if len(leaves) > MOST_CELLS:
+            leaves = leaves[self.lengths[leaves] > 0]
+        if len(leaves) > MOST_CELLS:
+            leaves = leaves[np.linspace(0, len(leaves) - 1, MOST_CELLS).astype(int)]
         corners, colours = corners_at(directory, leaves, self.depth), self.colours[leaves]
         borders = colours.copy()
         borders[:, 3] = 0.35
