@@ -2,9 +2,10 @@
 
 "Less rays" of the slide "Classification": dynamic recursion control. What a ray sees is multiplied
 by the share that is mirrored or transmitted wherever it was sent on; where that has become less
-than the threshold, the ray is not sent (R. Hall, D. Greenberg, 1983). Shown is the tree of one
-pixel. The primary ray is violet, reflected ones are blue, refracted ones green, those to lights
-orange; those that are not sent are dashed. Beside it is the picture without them.
+than the threshold, the ray is not sent (R. Hall, D. Greenberg, 1983); the light that a shadow ray
+was to ask for then arrives unasked. Shown is the tree of one pixel. The primary ray is violet,
+reflected ones are blue, refracted ones green, those to lights orange; those that are not sent are
+dashed. Beside it is the picture without them.
 
 In a scene where nothing mirrors, everything is taken as half a mirror.
 """
@@ -80,7 +81,7 @@ class Recursion(Play):
         self.rays = rays_of_picture(
             subject.structures[0], scene, camera_of(scene), film, DEPTH, progress
         )
-        self.whole = self.picture_by(np.ones(len(self.rays.samples), dtype=bool))
+        self.whole = self.picture_by(Settings(threshold=0.0))
         sizes = np.bincount(self.rays.samples, minlength=len(film))
         seen = np.flatnonzero(self.rays.objects >= 0)
         order = seen[np.argsort(sizes[seen], kind="stable")]
@@ -97,10 +98,13 @@ class Recursion(Play):
         """Return all rays, and what is left of them at three thresholds."""
         return [dataclasses.replace(settings, threshold=each) for each in (0.0, 0.01, 0.05, 0.1)]
 
-    def picture_by(self, chosen: np.ndarray) -> np.ndarray:
-        """Return the picture, (height, width, 3), by some of the rays."""
-        film = self.rays.film
-        return self.rays.colours(chosen).reshape(film.height, film.width, 3)
+    def picture_by(self, settings: Settings) -> np.ndarray:
+        """Return the picture, (height, width, 3), by the rays that are sent."""
+        film, rays, sent = self.rays.film, self.rays, self.sent(settings)
+        # From a hit that is seen, light arrives also where it is not asked for.
+        unasked = ~sent & (rays.classes == OF_SHADOW)
+        unasked &= rays.parent_strengths >= settings.threshold
+        return rays.colours(sent, unasked).reshape(film.height, film.width, 3)
 
     def sent(self, settings: Settings) -> np.ndarray:
         """Say which rays are sent, (n,) bool.
@@ -119,7 +123,7 @@ class Recursion(Play):
             *(self.lines(np.flatnonzero(own & ~sent), is_dashed=True)),
             *(self.lines(np.flatnonzero(own & sent), is_dashed=False)),
         ]
-        shown = self.picture_by(sent)
+        shown = self.picture_by(settings)
         rms, most = error_of(shown, self.whole)
         saved, total = int((~sent).sum()), len(sent)
         caption = (
@@ -229,7 +233,8 @@ LESSONS = (
         "no eye would notice",
         look_for="Violet is the primary ray, blue what is reflected, green what is refracted, "
         "orange goes to the light. The numbers are what a ray may add at most: less each time it "
-        "is sent on. Dashed rays are not sent, and nothing that would come of them",
+        "is sent on. Dashed rays are not sent, and nothing that would come of them; light that is "
+        "not asked for arrives",
         question="Why not simply stop at a smaller depth?",
         answer="A depth cuts strong rays as well: light through glass is worth following far, its "
         "weak reflections are not worth one step. The threshold asks what a ray is worth",

@@ -12,7 +12,7 @@ from ..progress import Progress
 from ..scene import Camera, Scene
 from ..scene.whitted import batches_of, lights_for, rays_of_film
 from ..scene.whitted.film import Film
-from ..scene.whitted.trees import Trees
+from ..scene.whitted.trees import OF_SHADOW, Trees
 from .drawing import BLUE, GREEN, ORANGE, Colour
 from .one_ray import RAY
 
@@ -55,6 +55,10 @@ class PictureRays(NamedTuple):
     depths, samples : (n,) int64
     strengths : (n,) float64
         The most that what a ray sees, or brings from a light, adds to a colour of its sample.
+    parent_strengths : (n,) float64
+        That of the ray from whose hit it starts.
+    arriving : (n, 3) float64
+        Of a shadow ray, what it adds if nothing is in its way; of others 0.
     amounts : (n, 3) float64
         What it does add.
     """
@@ -68,13 +72,24 @@ class PictureRays(NamedTuple):
     depths: np.ndarray
     samples: np.ndarray
     strengths: np.ndarray
+    parent_strengths: np.ndarray
+    arriving: np.ndarray
     amounts: np.ndarray
 
-    def colours(self, chosen: np.ndarray) -> np.ndarray:
-        """Return what samples see, (n_samples, 3), by some of the rays, (n,) bool."""
+    def colours(self, chosen: np.ndarray, unasked: np.ndarray | None = None) -> np.ndarray:
+        """Return what samples see, (n_samples, 3), by some of the rays, (n,) bool.
+
+        Parameters
+        ----------
+        unasked : (n,) bool, optional
+            Shadow rays whose light arrives, whatever is in their way.
+        """
         count = len(self.film)
+        amounts = self.amounts
+        if unasked is not None:
+            amounts, chosen = np.where(unasked[:, None], self.arriving, amounts), chosen | unasked
         channels = [
-            np.bincount(self.samples[chosen], self.amounts[chosen, channel], count)
+            np.bincount(self.samples[chosen], amounts[chosen, channel], count)
             for channel in range(3)
         ]
         return np.stack(channels, axis=1)
@@ -106,6 +121,7 @@ def rays_of_picture(
     trees = Trees(scene, lights_for(scene, camera), depth, 0.0, ledger, progress)
     batches = batches_of(trees, camera, film, rays_of_film(camera, film), 1.0)
     batch, kept = next(batches), []
+    before = np.ones(len(batch.rays))
     try:
         while True:
             hits, _ = structure.trace(batch.rays, progress=progress)
@@ -113,20 +129,19 @@ def rays_of_picture(
             t = np.where(np.isfinite(rays.t_max), rays.t_max, hits.t)
             with np.errstate(invalid="ignore"):
                 ends = rays.origins + t[:, None] * rays.directions
+            strengths, is_shadow = batch.weights.max(axis=1), rays.classes == OF_SHADOW
             kept.append((
                 rays.origins, ends, rays.directions, rays.classes,
-                np.full(len(rays), batch.depth), batch.samples, batch.weights.max(axis=1),
+                np.full(len(rays), batch.depth), batch.samples, strengths, before[batch.parents],
+                np.where(is_shadow[:, None], batch.weights, 0.0),
             ))  # fmt: skip
+            if not is_shadow.any():
+                before = strengths
             batch = batches.send(hits)
     except StopIteration:
         pass
     (objects,) = ledger.objects
     if (objects < 0).all():
         raise InputError(f"the camera of {scene.name} sees nothing of it; turn it towards the mesh")
-    origins, ends, directions, classes, depths, samples, strengths = map(
-        np.concatenate, zip(*kept, strict=True)
-    )
-    return PictureRays(
-        film, objects, origins, ends, directions, classes, depths, samples, strengths,
-        np.concatenate(ledger.amounts),
-    )  # fmt: skip
+    columns = [*map(np.concatenate, zip(*kept, strict=True)), np.concatenate(ledger.amounts)]
+    return PictureRays(film, objects, *columns)

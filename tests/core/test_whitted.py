@@ -315,12 +315,28 @@ def test_the_threshold_spares_rays_and_its_error_has_a_bound(build):
         assert saved.by_depth.sum() == len(whole.rays) - len(result.rays)
         assert (saved.by_depth >= 0).all()
         assert 0.0 < saved.rms_error <= saved.maximum_error
-        # Each light and the ambient one have sqrt(5)/10, with the sky and the mirror's highlight;
-        # a sample may lack as many shadow rays and subtrees as its tree has.
         off = np.minimum(whole.outcome.picture, 1) - np.minimum(result.outcome.picture, 1)
-        assert off.min() >= -1e-12  # what is not sent is only ever missing
-        assert off.max() == saved.maximum_error
+        assert np.abs(off).max() == saved.maximum_error
     assert traced(build, scene, threshold=0.1, compare=False).outcome.saved is None
+
+
+def test_light_that_is_not_asked_for_arrives(build):
+    """Of seven lights none adds as much as the threshold: no shadow ray is sent, and all is lit."""
+    floor = Polygon(((-3, -3, -1), (3, -3, -1), (3, 3, -1), (-3, 3, -1)))
+    lights = tuple((x, -4, 5) for x in range(-3, 4))
+    scene = scene_of([floor, Sphere((0, 0, 0), 1)], [MATT, MATT], lights=lights)
+    whole, lit = traced(build, scene), traced(build, scene, threshold=0.2)
+    shadows = of_class(whole, SHADOW)[1]
+    assert (shadows >= 0).any()
+    assert not len(of_class(lit, SHADOW)[0])
+    assert lit.outcome.spared[0, SHADOW] == len(shadows)
+    # As bright as where nothing is in the way of any light, and there only.
+    brighter = (lit.outcome.picture - whole.outcome.picture).max(axis=2).ravel()
+    pixels = whole.rays.pixels[whole.rays.classes == SHADOW]
+    shaded = np.zeros(len(brighter), bool)
+    shaded[pixels[shadows >= 0]] = True
+    assert (brighter[shaded] > 0.0).all()
+    assert np.abs(brighter[~shaded]).max() < 1e-12
 
 
 def test_with_threshold_one_only_what_is_seen_whole_is_sent(build):

@@ -44,7 +44,7 @@ class WhittedSettings(ViewSettings):
     )  # fmt: skip
     threshold: float = setting(
         0.0, "Threshold", "A ray is not sent if it could add less than this to its sample, 1 being "
-        "white; 0 sends all", minimum=0.0, maximum=1.0,
+        "white; light that no shadow ray asks for arrives. 0 sends all", minimum=0.0, maximum=1.0,
     )  # fmt: skip
     samples: int = setting(
         1, "Samples", "Samples of a pixel in a row and in a column, n x n of it", minimum=1,

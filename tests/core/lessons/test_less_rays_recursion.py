@@ -36,7 +36,9 @@ def test_rays_and_picture_are_those_of_the_workload(played, threshold):
     for depth in range(1, DEPTH + 1):
         counts = np.bincount(rays.classes[sent & (rays.depths == depth)], minlength=4)
         assert counts.tolist() == result.outcome.sent[depth - 1].tolist()
-    np.testing.assert_allclose(play.picture_by(sent), result.outcome.picture, atol=1e-12)
+    np.testing.assert_allclose(
+        play.picture_by(Settings(threshold=threshold)), result.outcome.picture, atol=1e-12
+    )
     picture = play.picture(Settings(threshold=threshold, tree=0))
     texts = {row.label: row.text for row in picture.rows}
     assert texts["Rays Saved"] == f"{np.mean(~sent):.1%}"
