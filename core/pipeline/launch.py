@@ -86,6 +86,8 @@ class State:
     instance, primitive : int
         -1 for none.
     t : float
+    origin, direction : (float, float, float), optional
+        Of the ray that begins, if the state is ``trace_ray``.
     """
 
     name: str
@@ -94,6 +96,16 @@ class State:
     instance: int
     primitive: int
     t: float
+    origin: tuple[float, ...] = ()
+    direction: tuple[float, ...] = ()
+
+
+def state_of(told: tuple[Any, ...]) -> State:
+    """Return a state as :func:`.stage.tell` has noted it."""
+    number, depth, kind, instance, primitive, t, *ray = told
+    name = stages.STATE_NAMES[number]
+    where = (tuple(float(each) for each in vector) for vector in ray)
+    return State(name, int(depth), int(kind), int(instance), int(primitive), float(t), *where)
 
 
 class Pipeline:
@@ -200,10 +212,7 @@ class Pipeline:
             raise
         except Exception as error:
             raise self._explained(error, rays, width, height, pixel) from error
-        return [
-            State(stages.STATE_NAMES[state], *map(int, told), float(t))  # type: ignore[call-arg]
-            for state, *told, t in states
-        ], log
+        return [state_of(told) for told in states], log
 
     def _explained(
         self, error: Exception, rays: Rays, width: int, height: int, pixel: int

@@ -131,9 +131,16 @@ def stage_at(address: Any) -> Any:
 def tell(
     stage: Stage, state: int, depth: int, ray_type: int, instance: int, primitive: int, t: float
 ) -> None:
-    """Note what happens, in plain Python and where there is a list for it; compiled, do nothing."""
+    """Note what happens, in plain Python and where there is a list for it; compiled, do nothing.
+
+    Of a ray that begins, where and whither is noted, too.
+    """
     if isinstance(stage.states, list):
-        stage.states.append((state, depth, ray_type, instance, primitive, t))
+        ray: tuple[Any, ...] = ()
+        if state == TRACE_RAY:
+            frame = frame_of(stage, depth - 1)
+            ray = frame.world_origin, frame.world_direction
+        stage.states.append((state, depth, ray_type, instance, primitive, t, *ray))
 
 
 @inlined

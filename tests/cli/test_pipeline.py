@@ -58,12 +58,12 @@ BAD = {
         "the program has no ray generation shader",
     ),
     "no program": (changed("PROGRAM = ", "OTHER = "), "has no PROGRAM; end it with PROGRAM ="),
-    "no Python": (changed("def closest_hit(", "def closest_hit(("), "bad.py, line 30"),
+    "no Python": (changed("PROGRAM = Program", "PROGRAM = = Program"), "bad.py, line 5"),
     "an exception while it is read": (
         changed("PROGRAM = ", "print(unheard_of)\nPROGRAM = "), "NameError",
     ),
     "parameters": (
-        changed("attr: Attributes, ray, scene", "attr: Attributes, ray"),
+        changed("attr: Attributes, ray, scene,", "attr: Attributes, ray,"),
         "a shader of this stage is closest_hit(payload, attributes, ray, scene)",
     ),
     "a field": (
