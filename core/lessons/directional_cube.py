@@ -65,7 +65,7 @@ class DirectionalCube(Play):
         self.buffer, self.light, self.scene = buffer, light, buffer.scene
         self.order, self.lengths = longest_first(buffer), lengths_of(buffer)
         self.ends = {"cell": len(self.order) - 1}
-        self.half = drawn_half(self.scene)
+        self.half = drawn_half(buffer)
         cells, lengths = drawn_cells(buffer)
         corners = corners_at(buffer, cells, self.half)
         self.cube = [

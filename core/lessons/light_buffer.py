@@ -143,7 +143,7 @@ class ShadowRays(Play):
         # A ray through an empty cell shows nothing, unless all are.
         self.order = order[listed[order] > 0] if listed.any() else order[:1]
         self.ends = {"ray": len(self.order) - 1}
-        self.half = drawn_half(self.scene)
+        self.half = drawn_half(buffers[True])
         self.cubes: dict[bool, list[Lines | Faces]] = {}
         for key, buffer in buffers.items():
             cells, lengths = drawn_cells(buffer)
@@ -249,9 +249,11 @@ class ShadowRays(Play):
         room = 0.08 * ((high - low) or high)
         lower, upper = self.scene.lower, self.scene.upper
         size = self.scene.diagonal
-        across = np.array([0.81, 0.59, 0.0])
+        across, towards = np.array([0.81, 0.59, 0.0]), np.array([0.59, -0.81, 0.0])
+        # Before the scene, as it is seen: under it, what it stands on would be in the way.
         corner = 0.5 * (lower + upper) - 0.5 * size * across
-        corner[2] = lower[2] - 0.28 * size
+        corner += 0.5 * (np.abs(towards) @ (upper - lower)) * towards
+        corner[2] = lower[2] - 0.13 * size
         chart = Chart(
             corner, size * across, np.array([0.0, 0.0, 0.12 * size]), low - room, high + room, 1.0
         )  # fmt: skip
