@@ -29,7 +29,6 @@ from .directions import (
     cube_edges,
     division_setting,
     drawn_cells,
-    drawn_half,
     lengths_of,
     list_of,
     lit,
@@ -65,7 +64,7 @@ class DirectionalCube(Play):
         self.buffer, self.light, self.scene = buffer, light, buffer.scene
         self.order, self.lengths = longest_first(buffer), lengths_of(buffer)
         self.ends = {"cell": len(self.order) - 1}
-        self.half = drawn_half(buffer)
+        self.half = buffer.drawn_size
         cells, lengths = drawn_cells(buffer)
         corners = corners_at(buffer, cells, self.half)
         self.cube = [

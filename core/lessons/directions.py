@@ -41,12 +41,6 @@ that its cells are seen from the front right."""
 NEAR = 1.5
 """A light of the scene is taken that is no farther from the middle, in diagonals."""
 
-HALF, LEAST_HALF = 0.2, 0.05
-"""Half the edge of a cube that is drawn, in diagonals, at most and at least."""
-
-BEFORE = 0.6
-"""That, at most, of the way to the nearest item: so that corners do not reach it either."""
-
 MOST_CELLS = 1200
 """Cells that are drawn of a cube; of more, those that they are parts of."""
 
@@ -244,13 +238,6 @@ def reach_of(structure: Directional, face: int, places: np.ndarray) -> float:
     w = faces.axes[face, 2]
     farthest = np.where(w > 0.0, boxes[:, 3:], boxes[:, :3])
     return float(((farthest - faces.origins[face]) @ w).max())
-
-
-def drawn_half(structure: Directional) -> float:
-    """Return half the edge of a cube as lessons draw it: before what is seen from its centre."""
-    least, most = (share * structure.scene.diagonal for share in (LEAST_HALF, HALF))
-    nearest = float(structure.lists.nearest.min(initial=np.inf))
-    return max(min(BEFORE * nearest, most), least)
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,6 @@ from .directions import (
     corners_at,
     cube_edges,
     drawn_cells,
-    drawn_half,
     lengths_of,
     list_of,
     lit,
@@ -143,7 +142,7 @@ class ShadowRays(Play):
         # A ray through an empty cell shows nothing, unless all are.
         self.order = order[listed[order] > 0] if listed.any() else order[:1]
         self.ends = {"ray": len(self.order) - 1}
-        self.half = drawn_half(buffers[True])
+        self.half = buffers[True].drawn_size
         self.cubes: dict[bool, list[Lines | Faces]] = {}
         for key, buffer in buffers.items():
             cells, lengths = drawn_cells(buffer)

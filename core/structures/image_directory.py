@@ -153,7 +153,7 @@ class ImageDirectory(Directional):
         """No face is that of a cube."""
         return np.zeros(1, dtype=bool)
 
-    @property
+    @functools.cached_property
     def drawn_size(self) -> float:
         """How far before the camera the picture is drawn."""
         distance = np.linalg.norm(

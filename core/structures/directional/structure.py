@@ -129,6 +129,12 @@ class DirectionalSettings:
     )
 
 
+LARGEST, SMALLEST = 0.2, 0.05
+"""Half the edge of a cube that is drawn, in the scene's diagonals."""
+
+BEFORE = 0.6
+"""That, in the way to the nearest item; more, and the corners would reach it."""
+
 METHODS = {"cone": CONE, "box": BOX, "exact": EXACT, "raster": EXACT}
 """How items are inserted into the lists in which nothing is missing."""
 
@@ -255,10 +261,16 @@ class Directional(Structure):
         ahead = np.where(is_parallel, -1.05 * 0.5 * self.scene.diagonal, size)
         return faces.origins[face] + way * np.where(is_parallel, 1.0, size) + back[:, 2] * ahead
 
-    @property
+    @functools.cached_property
     def drawn_size(self) -> float:
-        """Half the edge of a cube, as it is drawn, and how far away a picture is."""
-        return 0.05 * self.scene.diagonal
+        """Half the edge of a cube, as it is drawn, and how far away a picture is.
+
+        Cubes lie before what is seen from their centres, as far as these are not within it.
+        """
+        lists, diagonal = self.lists, self.scene.diagonal
+        first = lists.first[(lists.last > lists.first) & self.is_of_cube[self.squares.face]]
+        nearest = float(lists.nearest[first].min(initial=np.inf))
+        return max(min(BEFORE * nearest, LARGEST * diagonal), SMALLEST * diagonal)
 
     def statistics(self, progress: Progress = SILENT) -> Statistics:
         """Return the figures of all cells together."""
