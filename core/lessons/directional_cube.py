@@ -12,13 +12,14 @@ onto the cube, as they were inserted. Empty cells are not drawn.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..printing import show_integer
 from ..progress import Progress
-from ..structures.directional.structure import UNIFORM
+from ..structures.directional.settings import UNIFORM
 from ..structures.light_buffer import LightBuffer, LightBufferSettings
 from .directions import (
     MOST_NUMBERED,
@@ -74,8 +75,8 @@ class DirectionalCube(Play):
         self.projections: dict[int, Projections] = {}
         faces = np.unique(buffer.squares.face[self.order]).tolist()
         for n, face in enumerate(faces):
-            progress.report(n, len(faces), "Projecting the objects")
-            self.projections[face] = Projections.of(buffer, face)
+            told = partial(progress.report, n, len(faces), "Projecting the objects")
+            self.projections[face] = Projections.of(buffer, face, told)
         is_leaf = buffer.lists.children < 0
         seen = is_leaf & (self.lengths > 0)
         weights = buffer.weights

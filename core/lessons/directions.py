@@ -7,6 +7,7 @@ what its insertion knows of an item in a face.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -30,7 +31,8 @@ from ..structures.directional.projection import (
     Footprints,
     footprints_of,
 )
-from ..structures.directional.structure import ADAPTIVE, UNIFORM, Directional
+from ..structures.directional.settings import ADAPTIVE, UNIFORM
+from ..structures.directional.structure import Directional
 from .drawing import GREEN, GREY, Colour, Faces, Lines, coloured, halves, opaque, outlines, tinted
 from .picture import Mark
 
@@ -257,9 +259,15 @@ class Projections:
     rows: dict[int, int]
 
     @classmethod
-    def of(cls, structure: Directional, face: int) -> Projections:
-        """Project the items once more, as it was done to fill the cells."""
-        footprints = footprints_of(structure.insertion, face)
+    def of(cls, structure: Directional, face: int, check: Callable[[], object]) -> Projections:
+        """Project the items once more, as it was done to fill the cells.
+
+        Parameters
+        ----------
+        check : callable
+            Is called now and then, and may raise.
+        """
+        footprints = footprints_of(structure.insertion, face, check)
         return cls(face, footprints, {int(i): k for k, i in enumerate(footprints.item)})
 
     def outline(self, place: int) -> np.ndarray:

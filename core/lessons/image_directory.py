@@ -23,7 +23,7 @@ from ..printing import show_integer
 from ..progress import Progress
 from ..scene import Camera, Scene
 from ..structures.directional.lists import NONE
-from ..structures.directional.structure import UNIFORM
+from ..structures.directional.settings import UNIFORM
 from ..structures.image_directory import UNCERTAIN, ImageDirectory, ImageDirectorySettings
 from .directions import (
     cell_setting,

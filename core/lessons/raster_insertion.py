@@ -15,19 +15,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..colours import ramp
-from ..kernels import call
 from ..printing import show_integer
 from ..progress import Progress
 from ..settings import setting
 from ..structures.directional.insertion import view_of
 from ..structures.directional.lists import NONE
-from ..structures.directional.raster import draw_items
-from ..structures.directional.structure import UNIFORM
+from ..structures.directional.raster import drawn_face
+from ..structures.directional.settings import UNIFORM
 from ..structures.light_buffer import RASTER, LightBuffer, LightBufferSettings
 from .directions import Projections, list_of, lit, shadow_rays_seen
 from .drawing import (
@@ -111,11 +111,10 @@ class RasterInsertion(Play):
         self.size, width = settings.cells, settings.cells * settings.pixels
         of_face = (lists.last - lists.first).reshape(-1, self.size**2).sum(axis=1)
         self.face = int(of_face.argmax())
-        progress.report(0, 2, "Drawing the face")
-        self.projections = Projections.of(buffer, self.face)
+        told = partial(progress.report, 0, 2, "Drawing the face")
+        self.projections = Projections.of(buffer, self.face, told)
         footprints = self.projections.footprints
-        shown, depth = np.full((width, width), NONE, np.int64), np.full((width, width), np.inf)
-        call(draw_items, view_of(buffer.insertion, self.face, footprints), shown, depth)
+        shown = drawn_face(view_of(buffer.insertion, self.face, footprints), width, told)
         items = np.append(footprints.item, NONE).astype(np.int64)
         self.drawn_items = items[shown]
         progress.report(1, 2, "Comparing the lists")

@@ -32,7 +32,8 @@ from ..scene.camera_rays import PRIMARY, framing_camera
 from ..settings import setting
 from .directional.faces import Faces, picture_of
 from .directional.lists import NONE, NOT_DRAWN, Lists, cell_at
-from .directional.structure import Directional, DirectionalSettings, filled, insertion_of
+from .directional.settings import DirectionalSettings
+from .directional.structure import Directional, filled, insertion_of
 from .directional.walk import Seen, seen_by, sight_of, stranger, walk_cells
 
 CERTAIN = Figure(

@@ -41,14 +41,8 @@ from ..settings import setting
 from .directional.faces import Faces, cube, joined_faces, plane_before_sun
 from .directional.lists import NONE, NOT_DRAWN, Lists, cell_at
 from .directional.raster import with_drawn
-from .directional.structure import (
-    UNIFORM,
-    Directional,
-    DirectionalSettings,
-    filled,
-    insert_setting,
-    insertion_of,
-)
+from .directional.settings import UNIFORM, DirectionalSettings, insert_setting
+from .directional.structure import Directional, filled, insertion_of
 from .directional.walk import Seen, seen_by, sight_of, stranger, walk_cells
 
 RASTER = "raster"

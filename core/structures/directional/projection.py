@@ -339,7 +339,7 @@ ITEMS_AT_ONCE = 1 << 14
 
 
 def footprints_of(
-    insertion: Insertion, face: int, check: Callable[[], None] = lambda: None
+    insertion: Insertion, face: int, check: Callable[[], object] = lambda: None
 ) -> Footprints:
     """Return what is known of all items that are seen through a face, the nearest first.
 

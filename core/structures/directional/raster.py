@@ -14,12 +14,16 @@ A flat item is drawn as it is, any other as its ball.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from ...kernels import call, inner, kernel
 from ...progress import Progress
 from .faces import out_of_face
-from .insertion import cells_around, distance_to_plane, edge_of, view_of
+from .filling import AT_ONCE
+from .insertion import View, cells_around, distance_to_plane, edge_of, view_of
 from .lists import NONE, Lists
 from .projection import ANGLE, NEAREST, OUTLINE, Insertion, X, Y, Z, footprints_of
 
@@ -54,10 +58,9 @@ def with_drawn(
     faces, width = insertion.faces, size * pixels
     counts, references, nearest = [], [lists.references], [lists.nearest]
     for face in range(len(faces.origins)):
-        progress.report(face, len(faces.origins), "Drawing items into cells")
-        footprints = footprints_of(insertion, face)
-        shown, depth = np.full((width, width), NONE, np.int64), np.full((width, width), np.inf)
-        call(draw_items, view_of(insertion, face, footprints), shown, depth)
+        told = partial(progress.report, face, len(faces.origins), "Drawing items into cells")
+        footprints = footprints_of(insertion, face, told)
+        shown = drawn_face(view_of(insertion, face, footprints), width, told)
         cell, k = visible_in_cells(shown, size, pixels, dilation)
         # Footprints are in the order of their distance, and so are the lists.
         counts.append(np.bincount(cell, minlength=size * size))
@@ -67,6 +70,24 @@ def with_drawn(
     return lists._replace(
         references=np.concatenate(references), nearest=np.concatenate(nearest)
     ), drawn
+
+
+def drawn_face(view: View, width: int, check: Callable[[], object]) -> np.ndarray:
+    """Return which footprint each pixel of a face shows, (width, width) int64; NONE for none.
+
+    Rows lie along v.
+
+    Parameters
+    ----------
+    check : callable
+        Is called now and then, and may raise.
+    """
+    shown, depth = np.full((width, width), NONE, np.int64), np.full((width, width), np.inf)
+    count = len(view.footprints.item)
+    for begin in range(0, count, AT_ONCE):
+        check()
+        call(draw_items, view, begin, min(begin + AT_ONCE, count), shown, depth)
+    return shown
 
 
 def visible_in_cells(
@@ -95,20 +116,22 @@ def visible_in_cells(
 
 
 @kernel
-def draw_items(view, shown, depth):
-    """Draw all items into a face: each pixel shows the nearest at its middle.
+def draw_items(view, begin, end, shown, depth):
+    """Draw some items into a face: each pixel shows the nearest at its middle.
 
     Parameters
     ----------
     view : View
+    begin, end : int
+        Of which footprints.
     shown : (n, n) int64
-        NONE; in the end the footprint that each pixel shows.
+        NONE before any; in the end the footprint that each pixel shows.
     depth : (n, n) float64
-        inf; in the end how far away that is.
+        inf before any; in the end how far away that is.
     """
     width = len(shown)
     step = 2.0 / width
-    for k in range(len(view.footprints.item)):
+    for k in range(begin, end):
         left, right, low, high = cells_around(view.footprints.rows[k], width)
         for j in range(low, high + 1):
             for i in range(left, right + 1):

@@ -1,9 +1,8 @@
-"""What structures of directional cells have in common: settings, cells to draw, figures, checks."""
+"""What structures of directional cells have in common: cells to draw, figures, checks."""
 
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -27,16 +26,14 @@ from ...kernels import call, kernel, whole
 from ...progress import SILENT, Progress
 from ...ranges import ranges
 from ...scene import Scene
-from ...settings import setting
 from .faces import Faces
-from .filling import Division, lists_of
+from .filling import AT_ONCE, lists_of
 from .insertion import through_cell, view_of
 from .items import ULPS, items_of
 from .lists import NONE, Lists, Squares, cell_at, squares_of
-from .merging import EQUAL, KEEP, SIMILAR, merged
-from .projection import BOX, CONE, EXACT, Insertion, footprints_of
-
-UNIFORM, ADAPTIVE = "uniform", "adaptive"
+from .merging import merged
+from .projection import EXACT, Insertion, footprints_of
+from .settings import METHODS, division_of
 
 COVERED = Counter(
     "covered", "Covered cells", "rays whose cell one item covers before they begin", (COVER,),
@@ -73,70 +70,11 @@ LONGEST_LIST = Figure("longest_list", "length of the longest list", "Longest lis
                       section="Lists")  # fmt: skip
 
 
-def insert_setting(others: dict[str, str]) -> Any:
-    """Declare what of an item is put into cells; some structures know other ways as well."""
-    return setting(
-        "exact",
-        "Insert",
-        "What of an item is put into cells",
-        choices={
-            "cone": "The cone around its bounding sphere",
-            "box": "The rectangle around its bounding box",
-            "exact": "Its own outline, if it is flat and convex, or its cone and rectangle",
-            **others,
-        },
-    )
-
-
-@dataclass(frozen=True)
-class DirectionalSettings:
-    """How faces are divided, and what is put into their cells."""
-
-    division: str = setting(
-        ADAPTIVE,
-        "Division",
-        "How a face is divided into cells",
-        choices={
-            UNIFORM: "Into equal squares",
-            ADAPTIVE: "Into four, again and again, where lists are long",
-        },
-    )
-    cells: int = setting(
-        32, "Cells", "Cells along an edge of a face", unit="cells", minimum=1, maximum=1024,
-        only_for={"division": [UNIFORM]},
-    )  # fmt: skip
-    max_list_size: int = setting(
-        8, "Max List Size", "A cell is divided if more items are listed", unit="items", minimum=1,
-        only_for={"division": [ADAPTIVE]},
-    )  # fmt: skip
-    max_depth: int = setting(
-        10, "Max Depth", "How often a face is divided at most", minimum=1, maximum=14,
-        only_for={"division": [ADAPTIVE]},
-    )  # fmt: skip
-    insert: str = insert_setting({})
-    merge: str = setting(
-        KEEP,
-        "Merge",
-        "Which cells share one list",
-        choices={
-            KEEP: "None: each has its own",
-            EQUAL: "Those with equal lists",
-            SIMILAR: "Those with equal lists, and cells in a row with similar ones",
-        },
-    )
-    full_occlusion: bool = setting(
-        True, "Full Occlusion", "A cell that one item covers is cut off behind it"
-    )
-
-
 LARGEST, SMALLEST = 0.2, 0.05
 """Half the edge of a cube that is drawn, in the scene's diagonals."""
 
 BEFORE = 0.6
 """That, in the way to the nearest item; more, and the corners would reach it."""
-
-METHODS = {"cone": CONE, "box": BOX, "exact": EXACT, "raster": EXACT}
-"""How items are inserted into the lists in which nothing is missing."""
 
 
 class Directional(Structure):
@@ -300,13 +238,19 @@ class Directional(Structure):
         leaves = np.flatnonzero(lists.children < 0)
         row_of = np.full(len(insertion.items.boxes), NONE, np.int32)
         for face in range(len(faces.origins)):
-            progress.report(face, len(faces.origins), f"Measuring {self.name}")
-            footprints = footprints_of(insertion, face)
+            told = functools.partial(
+                progress.report, face, len(faces.origins), f"Measuring {self.name}"
+            )
+            footprints = footprints_of(insertion, face, told)
             row_of[:] = NONE
             row_of[footprints.item] = np.arange(len(footprints.item))
             own = leaves[squares.face[leaves] == face]
             view = view_of(insertion, face, footprints)
-            total += call(count_exact, view, squares, lists, own, row_of)
+            for begin in range(0, len(own), AT_ONCE):
+                told()
+                total += call(
+                    count_exact, view, squares, lists, own[begin : begin + AT_ONCE], row_of
+                )
         return int(total)
 
     def validate(self) -> list[str]:
@@ -359,14 +303,6 @@ def filled(insertion: Insertion, settings: Any, name: str, progress: Progress) -
         From `progress`.
     """
     return merged(lists_of(insertion, division_of(settings), name, progress), settings.merge)
-
-
-def division_of(settings: Any) -> Division:
-    """Return how faces are divided."""
-    if settings.division == ADAPTIVE:
-        return Division(1, settings.max_list_size, settings.max_depth,
-                        "lower max_depth, or raise max_list_size")  # fmt: skip
-    return Division(settings.cells, 0, 0, "lower cells")
 
 
 def _corner_angle(u: np.ndarray, v: np.ndarray) -> np.ndarray:
