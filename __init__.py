@@ -23,9 +23,13 @@ if TYPE_CHECKING:
         Box,
         Built,
         Cells,
+        ClosedMesh,
         Cone,
+        Difference,
         Disc,
+        HalfSpace,
         InputError,
+        Intersection,
         MovingTriangle,
         Placed,
         Polygon,
@@ -36,6 +40,7 @@ if TYPE_CHECKING:
         Structure,
         Traced,
         Triangle,
+        Union,
         build,
         cells,
         cover,
@@ -48,14 +53,15 @@ if TYPE_CHECKING:
         structures,
         table,
         trace,
+        trees,
         walk,
     )
 
 __all__ = [
-    "Box", "Built", "Cells", "Cone", "Disc", "InputError", "MovingTriangle", "Placed", "Polygon",
-    "Rays", "Scene", "Sphere", "Steps", "Structure", "Traced", "Triangle", "build", "cells",
-    "cover", "instances", "load", "rays", "record", "scene", "solids", "structures", "table",
-    "trace", "walk",
+    "Box", "Built", "Cells", "ClosedMesh", "Cone", "Difference", "Disc", "HalfSpace", "InputError",
+    "Intersection", "MovingTriangle", "Placed", "Polygon", "Rays", "Scene", "Sphere", "Steps",
+    "Structure", "Traced", "Triangle", "Union", "build", "cells", "cover", "instances", "load",
+    "rays", "record", "scene", "solids", "structures", "table", "trace", "trees", "walk",
 ]  # fmt: skip
 
 

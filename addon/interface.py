@@ -20,6 +20,15 @@ from ..core.errors import InputError
 from ..core.evaluation.rays.workloads import Workload, ray_order, workload_named
 from ..core.evaluation.records import experiment, report
 from ..core.evaluation.records.experiment import Built, Traced
+from ..core.geometry.csg.description import (
+    ClosedMesh,
+    Difference,
+    HalfSpace,
+    Intersection,
+    Node,
+    Union,
+)
+from ..core.geometry.csg.settings import CUT, CuttingSettings
 from ..core.geometry.geometry import EVERY_OBJECT
 from ..core.geometry.instances import instanced
 from ..core.geometry.rays import Rays
@@ -41,7 +50,9 @@ from ..core.structures import structure_named, structures
 from .command.arguments import open_scene
 
 
-def load(source: str, *, instances: str = KEEP) -> Scene:
+def load(
+    source: str, *, instances: str = KEEP, csg_bounds: str = CUT, csg_volume: str = "aabb"
+) -> Scene:
     """Return the scene of a file or of a sample.
 
     Parameters
@@ -53,6 +64,9 @@ def load(source: str, *, instances: str = KEEP) -> Scene:
         What becomes of meshes that are in several places: each once, with a matrix for each of its
         places, and with "objects" those in one place, too; or all triangles in world space. What
         holds instances has ``.flat()``, too.
+    csg_bounds, csg_volume : str
+        How trees of solids are bounded, see :mod:`..core.geometry.csg.settings`; no choice changes
+        a hit.
 
     Raises
     ------
@@ -60,7 +74,27 @@ def load(source: str, *, instances: str = KEEP) -> Scene:
         If it cannot be read; the message says why.
     """
     settings = parse(PlacingSettings, {"instances": instances}, "load")
-    return open_scene(source, settings.instances)
+    texts = {"csg_bounds": csg_bounds, "csg_volume": csg_volume}
+    return open_scene(source, settings.instances).with_cutting(
+        parse(CuttingSettings, texts, "load")
+    )
+
+
+def trees(described: Sequence[Node], name: str = "trees") -> Scene:
+    """Return a scene of trees of solids (CSG), and plain solids and surfaces beside them.
+
+    Parameters
+    ----------
+    described : sequence
+        Of Union, Intersection and Difference, each of a sequence of operands: such trees, Sphere,
+        Box, Cone with its caps, HalfSpace, ClosedMesh. What :func:`solids` takes may stand beside.
+
+    Raises
+    ------
+    InputError
+        If there is none, or one cannot be; the message says which.
+    """
+    return Scene.from_trees(described, name)
 
 
 def scene(triangles: np.ndarray, name: str = "triangles") -> Scene:
@@ -294,8 +328,8 @@ def _settings_of(kind: type[Any], texts: dict[str, str], values: dict[str, Any],
 
 
 __all__ = [
-    "Box", "Built", "Cells", "Cone", "Disc", "InputError", "MovingTriangle", "Placed", "Polygon",
-    "Rays", "Scene", "Sphere", "Steps", "Structure", "Traced", "Triangle", "build", "cells",
-    "cover", "instances", "load", "rays", "record", "scene", "solids", "structures", "table",
-    "trace", "walk",
+    "Box", "Built", "Cells", "ClosedMesh", "Cone", "Difference", "Disc", "HalfSpace", "InputError",
+    "Intersection", "MovingTriangle", "Placed", "Polygon", "Rays", "Scene", "Sphere", "Steps",
+    "Structure", "Traced", "Triangle", "Union", "build", "cells", "cover", "instances", "load",
+    "rays", "record", "scene", "solids", "structures", "table", "trace", "trees", "walk",
 ]  # fmt: skip

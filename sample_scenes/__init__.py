@@ -14,6 +14,10 @@ from ..core.settings import parse, parse_spec
 from . import (
     balls,
     bunny,
+    csg_chain,
+    csg_classic,
+    csg_plate,
+    csg_rook,
     gears,
     jacks,
     lattice,
@@ -55,6 +59,10 @@ def samples() -> dict[str, Sample]:
         soup.SAMPLE,
         nonuniform.SAMPLE,
         sah_example.SAMPLE,
+        csg_classic.SAMPLE,
+        csg_rook.SAMPLE,
+        csg_plate.SAMPLE,
+        csg_chain.SAMPLE,
     )
     return {sample.name: sample for sample in table}
 

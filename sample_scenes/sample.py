@@ -15,6 +15,7 @@ from ..core.memory import refuse_if_too_large
 from ..core.scene import Scene
 from ..core.scene.material import Material
 from ..core.settings import check, to_json
+from .csg import Part
 
 BYTES_PER_TRIANGLE = 550
 """At the peak of generating, measured; the scene keeps 80."""
@@ -42,6 +43,8 @@ class Sample:
     described : callable, optional
         Settings to the descriptions of the same items in the same order, each with its material;
         None for scenes of triangles alone.
+    parts : callable, optional
+        Settings to trees with their materials; None for scenes without trees.
     """
 
     name: str
@@ -51,6 +54,7 @@ class Sample:
     count: Callable[[Any], int]
     generator: Callable[[Any], Scene]
     described: Callable[[Any], Iterator[tuple[Item, Material]]] | None = None
+    parts: Callable[[Any], list[Part]] | None = None
 
     def generate(self, settings: Any) -> Scene:
         """Return the scene, with ``sample:NAME[:key=value,...]`` as its source.

@@ -7,7 +7,6 @@ is imported where it is used, so that help and refusals come at once.
 from __future__ import annotations
 
 import argparse
-import functools
 import os
 import re
 import sys
@@ -17,6 +16,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from ...core.errors import InputError
+from ...core.geometry.csg.settings import CuttingSettings
 from ...core.progress import Progress
 from ...core.reading import refuse_if_no_file
 from ...core.scene import Scene
@@ -161,6 +161,17 @@ def add_scene_options(parser: argparse.ArgumentParser, *, are_flattened: bool = 
     if are_flattened:
         text = f"{entry['description']}: they are flattened, for this is done with triangles"
     parser.add_argument(f"--{entry['key']}", choices=choices, default=default, help=text)
+    for cutting in () if are_flattened else describe(CuttingSettings):
+        parser.add_argument(
+            f"--{cutting['key']}", choices=list(cutting["choices"]), default=cutting["default"],
+            help=f"{cutting['description']} (default: {cutting['default']})",
+        )  # fmt: skip
+
+
+def cutting_of(arguments: argparse.Namespace) -> CuttingSettings:
+    """Return how the trees of scenes are to be bounded."""
+    keys = [entry["key"] for entry in describe(CuttingSettings)]
+    return CuttingSettings(**{key: getattr(arguments, key) for key in keys})
 
 
 def take_scenes(
@@ -213,7 +224,10 @@ def is_scene(value: str, known: Collection[str], option: str) -> bool:
 
 
 def scenes_of(
-    names: Sequence[str], instances: str, open_file: OpenFile | None
+    names: Sequence[str],
+    instances: str,
+    open_file: OpenFile | None,
+    cutting: CuttingSettings | None = None,
 ) -> list[tuple[str, Callable[[], Scene]]]:
     """Return name and opener of each scene that is named; without a name, of Blender's open file.
 
@@ -221,22 +235,28 @@ def scenes_of(
     ----------
     instances : {KEEP, OBJECTS, FLATTEN}
         See :mod:`...core.scene.placing`.
+    cutting : CuttingSettings, optional
+        How trees of solids are bounded.
 
     Raises
     ------
     InputError
         If there is neither, or a sample scene is named wrongly.
     """
+
+    def opening(open_one: Callable[..., Scene], *words: str) -> Callable[[], Scene]:
+        return lambda: open_one(*words, instances).with_cutting(cutting or CuttingSettings())
+
     for argument in names:
         if argument.startswith("sample:"):
             if os.path.isfile(argument):
                 raise InputError(f"there is a file {argument}; write ./{argument} for it")
             sample_and_settings(argument.removeprefix("sample:"))
     if names:
-        return [(name, functools.partial(open_scene, name, instances)) for name in names]
+        return [(name, opening(open_scene, name)) for name in names]
     if open_file is None:
         raise InputError("name at least one SCENE: a mesh file, a .blend or sample:NAME")
-    return [("open file", functools.partial(open_file, instances))]
+    return [("open file", opening(open_file))]
 
 
 def opened(open_one: Callable[[], Scene], progress: Progress) -> Scene:

@@ -20,6 +20,7 @@ from .arguments import (
     SPECS,
     OpenFile,
     add_scene_options,
+    cutting_of,
     opened,
     refuse_bad_threads,
     scenes_of,
@@ -92,7 +93,7 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     chosen = structure_specs(names, functools.partial(say, arguments))
     workloads = workload_specs(rays)
     refuse_bad_threads(arguments.threads)
-    scenes = scenes_of(arguments.scenes, arguments.instances, open_file)
+    scenes = scenes_of(arguments.scenes, arguments.instances, open_file, cutting_of(arguments))
     runs = len(scenes) * len(chosen) * len(workloads)
     for option, path in (("--hits", arguments.hits), ("--image", arguments.image)):
         if path and runs != 1:
@@ -269,11 +270,12 @@ def write_hits(path: str, scene: Scene, traced: Any) -> None:
     the instance's mesh. The rays are as ``file:`` reads them.
     """
     from ...core.evaluation.rays.ray_files import columns_of
+    from ...core.geometry.csg.trees import Csg
     from ...core.geometry.instances import owners_of
     from ...core.writing import replacing
 
     instance, primitive = owners_of(scene.geometry, traced.hits.primitive)
-    if not (instance >= 0).any() and len(scene.primitive_ids):
+    if not (instance >= 0).any() and not isinstance(scene.geometry, Csg):
         primitive = np.where(primitive >= 0, scene.primitive_ids[primitive], -1)
     columns: dict[str, Any] = {
         "t": traced.hits.t,

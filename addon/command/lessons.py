@@ -19,7 +19,15 @@ from ...core.settings import describe
 from ...core.writing import refuse_unwritable
 from ...sample_scenes import make_sample
 from .animate import frames_of, is_blend
-from .arguments import SPECS, OpenFile, add_scene_options, opened, scenes_of, structure_specs
+from .arguments import (
+    SPECS,
+    OpenFile,
+    add_scene_options,
+    cutting_of,
+    opened,
+    scenes_of,
+    structure_specs,
+)
 from .output import (
     note_on,
     print_result,
@@ -230,7 +238,7 @@ def scene_of(
         raise InputError("--open-file and a SCENE exclude each other")
     if not arguments.scenes and not arguments.open_file:
         return make_sample(lesson.sample)
-    scenes = scenes_of(arguments.scenes, arguments.instances, open_file)
+    scenes = scenes_of(arguments.scenes, arguments.instances, open_file, cutting_of(arguments))
     return opened(scenes[0][1], progress)
 
 

@@ -13,6 +13,7 @@ import re
 from typing import Any, NamedTuple
 
 from ...core.errors import InputError, reason_of
+from ...core.geometry.csg.settings import CuttingSettings
 from ...core.printing import printable
 from ...core.scene.placing import PlacingSettings
 from ...core.settings import key_of
@@ -51,7 +52,7 @@ def names() -> Names:
         *structures().items(), *workloads().items(), *samples().items(),
     ]  # fmt: skip
     found.entries.update((name, entry.label) for name, entry in entries)
-    for settings in (PlacingSettings, *(entry.Settings for _, entry in entries)):
+    for settings in (PlacingSettings, CuttingSettings, *(entry.Settings for _, entry in entries)):
         for field in dataclasses.fields(settings):
             found.settings[key_of(field)] = field.metadata["label"]
             for choice in field.metadata["choices"] or ():

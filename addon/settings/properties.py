@@ -22,6 +22,7 @@ from bpy.props import (
     PointerProperty,
 )
 
+from ...core.geometry.csg.settings import CuttingSettings
 from ...core.scene.placing import PlacingSettings
 from ..drawing import overlay
 from ..from_blender import extraction
@@ -272,6 +273,7 @@ def load() -> None:
             name="Scope", description="Which objects are built over", default=extraction.VISIBLE,
         ),
         **properties_of(PlacingSettings),
+        **properties_of(CuttingSettings),
         "structure": choice_of(
             in_lecture(structures()), "bvh", name="Structure",
             description="Acceleration structure to build",

@@ -43,12 +43,16 @@ OVERLOOK = whole(12)
 STRANGER = whole(13)
 """The structure knows nothing of such a ray: all items are tested."""
 
+WITHIN = whole(14)
+"""The line of the ray is inside of a node of a CSG tree, from the surface `primitive` on."""
+
 NONE = whole(-1)
 """In the place of a cell or primitive: there is none."""
 
 KIND_NAMES = (
     "visit inner", "visit leaf", "visit empty", "volume test", "test", "mailbox", "hit",
     "postpone", "skip", "jump", "cover", "recall", "overlook", "stranger",
+    "within",
 )  # fmt: skip
 
 # Places in `Log.written`.

@@ -23,6 +23,7 @@ from ..geometry.solids import extent as extent
 from ..geometry.solids.mixed import Mixed
 from ..geometry.triangles import Triangles
 from ..kernels import dispatched, implements, whole
+from .csg import Crossings, CsgTrees
 from .events import HIT, MAILBOX, NONE, POSTPONE, TEST, note
 from .instances import Instances
 
@@ -92,6 +93,8 @@ def test_leaf(
 
 @implements(test_leaf, Mixed)
 @implements(test_leaf, Instances)
+@implements(test_leaf, CsgTrees)
+@implements(test_leaf, Crossings)
 # Inlined, not called: a fifth faster.
 @implements(test_leaf, Triangles, inline=True)
 def test_items(

@@ -21,6 +21,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..geometry.cones import ConeArrays, cones_around
+from ..geometry.csg.trees import Csg
 from ..geometry.instances import Instanced, levels_of_mesh, stored_in
 from ..geometry.rays import RayArrays, Rays, make_probe
 from ..geometry.triangles import Triangles
@@ -32,6 +33,7 @@ from ..scene import Scene
 from .build_log import BuildLog
 from .cells import Cells
 from .counters import Counter, Counts, counters_within
+from .csg import CSG_COUNTERS, with_scratch
 from .events import COUNTS, N_EVENTS, NONE, TEST, Log, NoLog, make_log, no_log
 from .figures import Figure
 from .needs import EVERY_CLASS, GEOMETRY, refuse_other_classes
@@ -206,8 +208,9 @@ class Structure(abc.ABC):
 
     @functools.cached_property
     def counters(self) -> tuple[Counter, ...]:
-        """What is counted: COUNTERS, and what the walks within instances count."""
-        return (*self.COUNTERS, *counters_within(self.levels))
+        """What is counted: COUNTERS, and what is within instances and trees of solids."""
+        trees = CSG_COUNTERS if isinstance(self.scene.geometry, Csg) else ()
+        return (*self.COUNTERS, *counters_within(self.levels), *trees)
 
     @property
     def remembered(self) -> np.ndarray:
@@ -497,8 +500,8 @@ class Structure(abc.ABC):
         return np.int64 if self.levels else np.int32
 
     def _deep_workspace(self) -> Workspace:
-        """Return scratch memory for one thread, and for the walks within instances."""
-        return deepened(self._workspace(), self.levels)
+        """Return scratch memory for one thread, and for what is within items."""
+        return with_scratch(deepened(self._workspace(), self.levels), self.geometry)
 
     def _workspace(self) -> Workspace:
         """Return scratch memory for one thread; a structure asks for what its walk uses."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import InputError
 from .box_shape import box_segments, corners_of, hulls_of_boxes
+from .csg.trees import Csg, lines_of_trees
 from .geometry import EVERY_OBJECT, boxes_around, hulls_of, lines_of, moved_by, normals_at
 from .instance_settings import MASK_BITS, NUMBER_BITS
 from .triangles import Triangles, reach_of
@@ -111,6 +112,8 @@ def instanced(
         raise InputError(f"the matrix of instance {bad} is not finite; repair it")
     if len({type(mesh) for mesh in meshes}) != 1:
         raise InputError("the meshes of instances must be of one kind; make all of them solids")
+    if isinstance(meshes[0], Csg):
+        raise InputError("trees of solids cannot be meshes of instances; flatten them")
     if levels_of_mesh(meshes[0]) >= MOST_LEVELS:
         raise InputError(f"instances may lie within each other {MOST_LEVELS} deep, not deeper")
     local = np.array([box_of(mesh) for mesh in meshes])
@@ -156,13 +159,15 @@ def moved_boxes(boxes: np.ndarray, matrices: np.ndarray) -> np.ndarray:
 
 def primitives_in(geometry: Any) -> int:
     """Return how many primitives a geometry has, those of every instance counted."""
+    if isinstance(geometry, Csg):
+        return geometry.n_primitives
     return int(geometry.first[-1]) if isinstance(geometry, Instanced) else len(geometry.ids)
 
 
 def stored_in(geometry: Any) -> int:
     """Return how many primitives a geometry has, those of every mesh counted once."""
     if not isinstance(geometry, Instanced):
-        return len(geometry.ids)
+        return primitives_in(geometry)
     return sum(stored_in(mesh) for mesh in geometry.meshes)
 
 
@@ -230,7 +235,7 @@ def parts_in_world(geometry: Any) -> Iterator[tuple[np.ndarray, Callable[[], np.
     hold more than those of one instance.
     """
     if not isinstance(geometry, Instanced):
-        everything = np.arange(len(geometry.ids))
+        everything = np.arange(primitives_in(geometry))
         is_plain = isinstance(geometry, Triangles)
         yield (
             box_of(geometry),
@@ -322,4 +327,6 @@ def lines_of_items(geometry: Any, items: np.ndarray) -> np.ndarray:
     """Return lines that show where items of a scene are, (m, 2, 3); of instances, their boxes."""
     if isinstance(geometry, Instanced):
         return box_segments(geometry.boxes[items])
+    if isinstance(geometry, Csg):
+        return lines_of_trees(geometry, items)
     return lines_of(geometry, items)[0]

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from ..colours import ramp
+from ..geometry.fit import fit_all
 from ..progress import Progress
 from ..settings import setting
 from ..structures.bvh.hierarchy import BVH
-from ..structures.bvh.topology.fit import fit_all
 from ..structures.bvh.topology.tree import ranges_of
 from .around import beside_each_other, edges_of
 from .drawing import GREY, Lines, counted, items_in, opaque, picture_of, shifted

@@ -37,7 +37,7 @@ LESSONS = (
         answer="Spheres and oriented boxes turn with it: move the centre, or centre and axes. An "
         "AABB or k-DOP has fixed directions, so it has to be found again from the vertices, or "
         "grows if only its corners are turned",
-        source="structures.bvh.topology.fit",
+        source="geometry.fit",
         sample="suzanne:subdivisions=1",
         structures=("bvh",),
         suits=is_tree,

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from ..geometry.fit import fit_all
 from ..geometry.geometry import hulls_of
 from ..progress import SILENT, Progress
 from ..scene import Scene
-from ..structures.bvh.topology.fit import fit_all
 
 
 def volume_around(scene: Scene, kind: str, progress: Progress = SILENT) -> Any:

@@ -9,6 +9,10 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ..errors import InputError
+from ..geometry.csg.cutting import cut
+from ..geometry.csg.making import Described, csg_of
+from ..geometry.csg.settings import CuttingSettings
+from ..geometry.csg.trees import Csg, first_of_leaves, primitive_counts
 from ..geometry.geometry import boxes_around, in_order
 from ..geometry.instances import (
     Instanced,
@@ -283,6 +287,71 @@ class Scene:
             camera, tuple(lights), notes,
         )  # fmt: skip
 
+    @classmethod
+    def from_trees(
+        cls,
+        described: Sequence[Described],
+        name: str,
+        source: str = "",
+        *,
+        object_ids: np.ndarray | None = None,
+        object_names: tuple[str, ...] = (),
+        material_ids: np.ndarray | None = None,
+        materials: Sequence[Material] = (),
+        camera: Camera | None = None,
+        lights: Sequence[Light] = (),
+        notes: tuple[str, ...] = (),
+        cutting: CuttingSettings | None = None,
+    ) -> Scene:
+        """Check and wrap trees of solids, and plain items beside them.
+
+        Parameters
+        ----------
+        described : sequence
+            Of what :mod:`.geometry.csg.description` has words for; of a Mixed, each item is one.
+        object_ids : (n,) int, optional
+            Of each item, ascending; without them each is an object.
+        material_ids : (n_leaves,) int, optional
+            Index into `materials` of each leaf, from the first tree's to the last one's.
+        cutting : CuttingSettings, optional
+            How trees are bounded.
+
+        Raises
+        ------
+        InputError
+            When there are none, one cannot be, or the scene is too large or too small to compute
+            with.
+        """
+        if not len(described):
+            raise InputError(f"{name} is empty; add something that a ray can hit", name)
+        geometry = csg_of(described, cutting)
+        lower, upper = geometry.boxes[:, :3].min(axis=0), geometry.boxes[:, 3:].max(axis=0)
+        _refuse_sizes(lower, upper, name)
+        count = len(geometry.ids)
+        if object_ids is None:
+            object_ids = np.arange(count)
+            object_names = object_names or tuple(f"{name} {number}" for number in range(count))
+        object_ids = np.ascontiguousarray(object_ids, dtype=np.int32)
+        of_objects = np.bincount(
+            object_ids, weights=primitive_counts(geometry), minlength=len(object_names)
+        )
+        first = None
+        if material_ids is not None:
+            first = np.append(first_of_leaves(geometry), geometry.n_primitives)
+        return cls(
+            name, source or name, geometry, np.arange(count, dtype=np.int32), 0, object_ids,
+            tuple(object_names), lower, upper, camera, tuple(lights), notes, tuple(materials),
+            None if material_ids is None else np.asarray(material_ids, np.int32),
+            object_first=np.concatenate([[0], np.cumsum(of_objects.astype(np.int64))]),
+            material_first=first,
+        )  # fmt: skip
+
+    def with_cutting(self, cutting: CuttingSettings) -> Scene:
+        """Return the scene with its trees of solids bounded otherwise; itself if it has none."""
+        if not isinstance(self.geometry, Csg):
+            return self
+        return replace(self, geometry=cut(self.geometry, cutting))
+
     def __len__(self) -> int:
         return len(self.geometry.ids)
 
@@ -326,7 +395,9 @@ class Scene:
 
     @property
     def item_name(self) -> str:
-        """What a leaf holds: a ``"triangle"``, an ``"instance"`` or an ``"item"`` of any kind."""
+        """What a leaf holds: a ``"triangle"``, ``"instance"``, ``"tree"`` or any ``"item"``."""
+        if isinstance(self.geometry, Csg):
+            return "tree"
         return "instance" if isinstance(self.geometry, Instanced) else self.primitive_name
 
     @property

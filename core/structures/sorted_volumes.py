@@ -32,6 +32,7 @@ from ..contract.structure import Structure
 from ..contract.walk import Found, walk
 from ..contract.workspace import Workspace, make_workspace
 from ..geometry.box_shape import surface_area
+from ..geometry.fit import fit_all, sticking_out
 from ..geometry.geometry import hulls_of
 from ..geometry.kinds import COMBINED, KINDS
 from ..geometry.rays import ALL, ANY
@@ -40,7 +41,6 @@ from ..kernels import implements, inner, whole
 from ..progress import SILENT, Progress
 from ..scene import Scene
 from ..settings import setting
-from .bvh.topology.fit import fit_all, sticking_out
 
 
 @dataclass(frozen=True)

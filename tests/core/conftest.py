@@ -32,6 +32,8 @@ SMALL = {
     "tetra": "tetra:size=4",
     "tree": "tree:size=4",
     "soup": "soup:count=500,edge=0.2",
+    "csg_plate": "csg_plate:holes=3",
+    "csg_chain": "csg_chain:size=12",
 }
 
 # Beside the settings that are found by themselves: one more per boolean and per choice.
@@ -137,6 +139,7 @@ HAND_MADE = {
 }
 
 SOLIDS = ["balls", "gears", "jacks", "lattice", "mount", "rings", "shells", "teapot", "tree"]
+SOLIDS += ["csg_classic", "csg_rook", "csg_plate", "csg_chain"]
 """Samples of other items than triangles: test_structures_over_samples.py traces those."""
 
 TRIANGLES = [name for name in samples() if name not in SOLIDS]

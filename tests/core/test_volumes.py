@@ -17,6 +17,7 @@ from accelscope.core.geometry.combined import (
     is_polyhedral,
     measured_by_lines,
 )
+from accelscope.core.geometry.fit import fit_all, sticking_out
 from accelscope.core.geometry.kdop import DIRECTIONS, KDOPs
 from accelscope.core.geometry.kinds import COMBINED, KINDS
 from accelscope.core.geometry.obb import OBBs
@@ -26,7 +27,6 @@ from accelscope.core.progress import SILENT
 from accelscope.core.scene import Scene
 from accelscope.core.structures import structures
 from accelscope.core.structures.bvh import hierarchy
-from accelscope.core.structures.bvh.topology.fit import fit_all, sticking_out
 
 EPS = np.finfo(np.float64).eps
 

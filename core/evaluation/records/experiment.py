@@ -26,6 +26,9 @@ from ...contract.figures import of_keys
 from ...contract.ray_order import SORTED, may_be_sorted, order_of
 from ...contract.structure import Hits, Made, Structure
 from ...errors import InputError
+from ...geometry.csg.description import Difference, mesh_of_triangles
+from ...geometry.csg.trees import UNION, Csg, n_pruned
+from ...geometry.icosphere import icosphere
 from ...geometry.instances import Instanced, instanced, levels_of_mesh, primitives_in, stored_in
 from ...geometry.rays import ALL, Rays, joined_rays
 from ...geometry.solids.description import Sphere
@@ -161,6 +164,10 @@ def tiny_scene_like(geometry: Any = None) -> Scene:
     # Enough of a muddle that even what only improves a poor tree has something to do.
     random = np.random.default_rng(1)
     corners = random.random((60, 1, 3)) + 0.05 * random.random((60, 3, 3))
+    if isinstance(geometry, Csg):
+        tree = Difference([Sphere(corners[0, 0], 0.1), mesh_of_triangles(icosphere(0))])
+        scene = Scene.from_trees([tree, tree], "warm-up", cutting=geometry.cutting)
+        return dataclasses.replace(scene, lights=point_lights((2.0, 3.0, 4.0)))
     bottom = geometry
     while isinstance(bottom, Instanced):
         bottom = bottom.meshes[0]
@@ -286,6 +293,15 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
             "count": len(scene),
             "meshes": len(geometry.meshes),
             "triangles": stored_in(geometry),
+        }
+    if isinstance(geometry, Csg):
+        kinds = geometry.nodes.kind
+        kept["csg"] = {
+            "trees": int(geometry.is_tree.sum()),
+            "operations": int((kinds >= UNION).sum()),
+            "leaves": int((kinds < UNION).sum()),
+            "pruned": n_pruned(geometry),
+            **to_json(geometry.cutting),
         }
     return {
         "name": scene.name,

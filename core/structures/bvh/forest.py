@@ -1,5 +1,7 @@
 """The hierarchies of the meshes of instances (BLAS), one after the other in one forest.
 
+So are those of the closed meshes in trees of solids.
+
 A kernel is compiled for types, and a tuple of hierarchies would be a type for each length. So the
 trees of all meshes lie in one set of arrays, each with its root, and so do their items.
 """
@@ -12,10 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from ...contract.csg import CsgTrees, trees_of
 from ...contract.instances import NOWHERE, Instances
 from ...geometry.box import Boxes
+from ...geometry.csg.trees import Csg
+from ...geometry.csg.volumes import margin_of
 from ...geometry.geometry import in_order, joined
 from ...geometry.instances import Instanced, inverted, levels_of_mesh
+from ...geometry.triangles import Triangles
 from ...progress import SILENT, Progress
 from .grouping import group
 from .settings import BVHSettings
@@ -122,3 +128,41 @@ def joined_instances(
 @in_order.register
 def _(geometry: Instanced, order: np.ndarray) -> Instances:
     return in_order(instances_of(geometry, BVHSettings()), order)
+
+
+def csg_of_forest(geometry: Csg, settings: Any, progress: Progress = SILENT) -> CsgTrees:
+    """Return trees of solids as kernels see them, with a hierarchy for each closed mesh.
+
+    Parameters
+    ----------
+    settings : BVHSettings
+        How the triangles of meshes are grouped.
+
+    Raises
+    ------
+    Cancelled
+        From `progress`.
+    """
+    first = geometry.mesh_first
+    if len(first) == 1:
+        none = Binary(Boxes(np.empty((0, 6))), np.empty(0, np.int32), np.empty(0, np.int32))
+        return trees_of(
+            geometry, none, np.empty(0, np.int32), geometry.corners, np.empty(0, np.int32)
+        )
+    meshes = [
+        Triangles(
+            geometry.corners[begin:end], np.arange(end - begin, dtype=np.int32), geometry.reach
+        )
+        for begin, end in zip(first[:-1].tolist(), first[1:].tolist(), strict=True)
+    ]
+    forest, roots, items = forest_of(meshes, settings, progress)
+    # What a line crosses is told from its edges alone: no box may be missed by rounding.
+    margin = margin_of(geometry)
+    forest.volumes.rows[:, :3] -= margin
+    forest.volumes.rows[:, 3:] += margin
+    return trees_of(geometry, forest, roots, items.corners, items.ids)
+
+
+@in_order.register
+def _(geometry: Csg, order: np.ndarray) -> CsgTrees:
+    return in_order(csg_of_forest(geometry, BVHSettings()), order)

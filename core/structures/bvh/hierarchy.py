@@ -2,7 +2,7 @@
 
 A ray that misses the volume misses them all. Three choices are independent: how the triangles are
 grouped (:mod:`.builders`), how the tree is rearranged afterwards (:mod:`.optimisers`), and what
-volume is put around each group (:mod:`.topology.fit`).
+volume is put around each group (:mod:`...geometry.fit`).
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from ...contract.workspace import STACK_SIZE, Workspace, make_workspace
 from ...errors import InputError
 from ...geometry.box import Boxes
 from ...geometry.box_shape import surface_area
+from ...geometry.csg.trees import Csg
+from ...geometry.fit import fit_all
 from ...geometry.geometry import in_order
 from ...geometry.instances import Instanced
 from ...memory import refuse_if_too_large, refuse_if_unnumbered
@@ -33,12 +35,11 @@ from ...scene import Scene
 from .builders import BUILDERS
 from .figures.efficiency import Efficiency, hierarchy_efficiency
 from .figures.overlap import sibling_overlap
-from .forest import instances_of
+from .forest import csg_of_forest, instances_of
 from .grouping import group
 from .optimisers.rearranging import Rearrangement
 from .settings import BVHSettings
 from .topology.build_log import splits_of_nodes, widened_cells
-from .topology.fit import fit_all
 from .topology.pieces import referred
 from .topology.refit import refitted_volumes
 from .topology.tree import Grouping, Tree, depths_of, ranges_of
@@ -92,6 +93,8 @@ def items_of(scene: Scene, order: np.ndarray, settings: Any, progress: Progress)
     """Return a scene's items in an order; the meshes of instances are grouped as it is itself."""
     if isinstance(scene.geometry, Instanced):
         return in_order(instances_of(scene.geometry, settings, progress), order)
+    if isinstance(scene.geometry, Csg):
+        return in_order(csg_of_forest(scene.geometry, settings, progress), order)
     return scene.items(order)
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from accelscope.core.geometry.fit import fit_all, sticking_out
 from accelscope.core.geometry.geometry import hulls_of
 from accelscope.core.progress import SILENT
-from accelscope.core.structures.bvh.topology.fit import fit_all, sticking_out
 
 
 @pytest.mark.parametrize("lesson", ["volume_trees", "kdop_levels"])

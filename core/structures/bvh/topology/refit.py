@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from ....geometry.box import Boxes, clear, include
+from ....geometry.fit import fit_all
 from ....kernels import call, kernel
 from ....progress import SILENT, Progress
-from .fit import fit_all
 from .pieces import referred
 from .tree import ranges_of
 

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from ....geometry.box import Boxes
+from ....geometry.fit import sticking_out
 from ....geometry.kdop import KDOPs
 from ....geometry.rays import ULPS
 from ....geometry.triangles import Triangles
 from ....progress import SILENT
 from ....ranges import ranges
-from .fit import sticking_out
 from .pieces import referred
 from .tree import ranges_of
 

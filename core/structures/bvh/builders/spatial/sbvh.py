@@ -29,6 +29,7 @@ from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....errors import InputError
 from .....geometry.box import area_of
 from .....geometry.box_shape import surface_area
+from .....geometry.csg.trees import Csg
 from .....geometry.instances import is_of_triangles
 from .....geometry.rays import ULPS
 from .....geometry.solids.mixed import Mixed
@@ -275,6 +276,11 @@ class Construction:
             reach = np.abs(geometry.corners).max(axis=(0, 1))
         elif isinstance(geometry, Mixed):
             reach = geometry.reach
+        elif isinstance(geometry, Csg):
+            raise InputError(
+                "sbvh cuts what it groups into pieces, and the scene holds trees of solids; choose "
+                "another builder, such as binned_sah"
+            )
         else:
             first = "--instances flatten or " * is_of_triangles(geometry)
             raise InputError(

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ....geometry.kinds import make
-from ....geometry.volume import fit, outside
-from ....kernels import call, kernel
-from ....parallel import for_chunks
-from ....progress import SILENT, Progress
+from ..kernels import call, kernel
+from ..parallel import for_chunks
+from ..progress import SILENT, Progress
+from .kinds import make
+from .volume import fit, outside
 
 
 @kernel
