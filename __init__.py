@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         cells,
         cover,
         instances,
+        launch,
         load,
         rays,
         record,
@@ -60,8 +61,8 @@ if TYPE_CHECKING:
 __all__ = [
     "Box", "Built", "Cells", "ClosedMesh", "Cone", "Difference", "Disc", "HalfSpace", "InputError",
     "Intersection", "MovingTriangle", "Placed", "Polygon", "Rays", "Scene", "Sphere", "Steps",
-    "Structure", "Traced", "Triangle", "Union", "build", "cells", "cover", "instances", "load",
-    "rays", "record", "scene", "solids", "structures", "table", "trace", "trees", "walk",
+    "Structure", "Traced", "Triangle", "Union", "build", "cells", "cover", "instances", "launch",
+    "load", "rays", "record", "scene", "solids", "structures", "table", "trace", "trees", "walk",
 ]  # fmt: skip
 
 

@@ -20,6 +20,8 @@ from ..core.errors import InputError
 from ..core.evaluation.rays.workloads import Workload, ray_order, workload_named
 from ..core.evaluation.records import experiment, report
 from ..core.evaluation.records.experiment import Built, Traced
+from ..core.evaluation.records.launched import LaunchSettings
+from ..core.evaluation.records.launched import run as run_program
 from ..core.geometry.csg.description import (
     ClosedMesh,
     Difference,
@@ -43,6 +45,9 @@ from ..core.geometry.solids.description import (
     Sphere,
     Triangle,
 )
+from ..core.pipeline.launch import Launched
+from ..core.pipeline.loading import program_at
+from ..core.pipeline.program import Program
 from ..core.scene import Scene
 from ..core.scene.placing import KEEP, PlacingSettings
 from ..core.settings import check, key_of, parse, parse_spec
@@ -245,6 +250,37 @@ def trace(
     return experiment.trace(built, workload, chosen, threads)
 
 
+def launch(
+    built: Built, program: str | Program = "lecture", *, threads: int = 0, **settings: Any
+) -> Launched:
+    """Run a program of the ray tracing pipeline for every pixel of a camera.
+
+    Parameters
+    ----------
+    program : str or Program
+        The name of one that comes with AccelScope, the path of a file of your own, which is run,
+        or one that is made already.
+    threads : int
+        0 takes every core.
+    **settings
+        Those of the rays ``camera``, by key: ``width=256, height=256, from_=(...), at=(...)``.
+
+    Returns
+    -------
+    Launched
+        ``.colours``, (height, width, 4); ``.calls``, (height, width, stages); ``.totals`` and
+        ``.by_type``, how often each stage was called; ``.seconds``.
+
+    Raises
+    ------
+    InputError
+        If the program does not fit the scene or the structure, or one of its shaders fails.
+    """
+    made = program if isinstance(program, Program) else program_at(program)
+    view = _settings_of(LaunchSettings, {}, settings, "rays camera")
+    return run_program(built, made, view, threads).launched
+
+
 def cover(built: Built, through: Rays, number: int, half_angle: float) -> np.ndarray:
     """Return the items that a cone around one of some rays meets, (k,), ascending.
 
@@ -330,6 +366,6 @@ def _settings_of(kind: type[Any], texts: dict[str, str], values: dict[str, Any],
 __all__ = [
     "Box", "Built", "Cells", "ClosedMesh", "Cone", "Difference", "Disc", "HalfSpace", "InputError",
     "Intersection", "MovingTriangle", "Placed", "Polygon", "Rays", "Scene", "Sphere", "Steps",
-    "Structure", "Traced", "Triangle", "Union", "build", "cells", "cover", "instances", "load",
-    "rays", "record", "scene", "solids", "structures", "table", "trace", "trees", "walk",
+    "Structure", "Traced", "Triangle", "Union", "build", "cells", "cover", "instances", "launch",
+    "load", "rays", "record", "scene", "solids", "structures", "table", "trace", "trees", "walk",
 ]  # fmt: skip

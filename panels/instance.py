@@ -30,7 +30,7 @@ def draw_instance(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
 
 class VIEW3D_PT_accelscope_instance(SidebarPanel, bpy.types.Panel):
     bl_label = "Instance"
-    bl_order = 7
+    bl_order = 8
     bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod

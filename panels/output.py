@@ -12,7 +12,7 @@ from .base import SidebarPanel, draw_job
 
 class VIEW3D_PT_accelscope_output(SidebarPanel, bpy.types.Panel):
     bl_label = "Bake and Export"
-    bl_order = 5
+    bl_order = 6
 
     def draw_loaded(
         self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any

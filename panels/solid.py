@@ -40,7 +40,7 @@ def draw_solid(layout: bpy.types.UILayout, obj: bpy.types.Object, width: int) ->
 
 class VIEW3D_PT_accelscope_solid(SidebarPanel, bpy.types.Panel):
     bl_label = "Solid"
-    bl_order = 6
+    bl_order = 7
     bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod

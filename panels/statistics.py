@@ -13,7 +13,7 @@ from .base import SidebarPanel, draw_explained, draw_figure
 
 class VIEW3D_PT_accelscope_statistics(SidebarPanel, bpy.types.Panel):
     bl_label = "Statistics"
-    bl_order = 4
+    bl_order = 5
 
     def draw_loaded(
         self, context: bpy.types.Context, layout: bpy.types.UILayout, root: Any

@@ -67,6 +67,8 @@ class Session:
     record : dict
         The figures, those of the traced rays included.
     traced : Traced
+    launched : dict
+        The record of the last program of the pipeline.
     timeline : list of dict
         The records of the last comparison over the timeline.
     history : list of Moment
@@ -82,6 +84,7 @@ class Session:
     drawable: Drawable | None = None
     record: dict[str, Any] | None = None
     traced: Traced | None = None
+    launched: dict[str, Any] | None = None
     timeline: list[dict[str, Any]] = field(default_factory=list)
     history: Sequence[Moment] = ()
     other_view: str = ""
@@ -144,6 +147,7 @@ class Session:
         self.snapshot, self.built = outcome.snapshot, outcome.built
         self.drawable, self.record = outcome.drawable, outcome.record
         self.traced, self.timeline, self.other_view = None, [], ""
+        self.launched = None
         self.history = outcome.history
         self.watch()
         overlay.enable()
@@ -166,6 +170,7 @@ class Session:
         if self.built is not None:
             overlay.disable()
         self.snapshot = self.built = self.drawable = self.record = self.traced = None
+        self.launched = None
         self.timeline, self.history = [], ()
         self.watch()
 

@@ -28,7 +28,7 @@ from ..drawing import overlay
 from ..from_blender import extraction
 from ..results import lesson_view, session
 from . import instances, solids
-from .generated import condition_of, enum_of, group_type, properties_of, property_of
+from .generated import condition_of, enum_of, group_type, name_of, properties_of, property_of
 from .ranges import MOST, range_properties
 
 COLOURINGS = {
@@ -242,6 +242,7 @@ def load() -> None:
         return
     from ...core.evaluation.rays.workloads import workloads
     from ...core.lessons import lessons
+    from ...core.pipeline.loading import program_named, program_names
     from ...core.structures import structures
 
     def make(name: str, properties: Mapping[str, Any]) -> type:
@@ -283,6 +284,10 @@ def load() -> None:
             workloads(), "camera", name="Rays", description="Set of rays to trace"
         ),
         "workloads": PointerProperty(type=make_all("workload", workloads())),
+        "pipeline": PointerProperty(type=make("pipeline", {"program": enum_of(
+            {name: (name_of(name), program_named(name).label) for name in program_names()},
+            default="lecture", name="Program", description="Which shaders are run",
+        )})),
         "display": PointerProperty(type=make("display", _display_properties())),
     }  # fmt: skip
     bpy.types.Scene.accelscope_settings = PointerProperty(type=make("root", root))

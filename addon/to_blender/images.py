@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
+from .editors import new_area
+
 if TYPE_CHECKING:  # its package brings Numba in
     from ...core.lessons.picture import Image
 
@@ -31,3 +33,22 @@ def keep_images(context: bpy.types.Context, images: Sequence[Image]) -> str:
             if area.type == "IMAGE_EDITOR":
                 area.spaces.active.image = kept[0]
     return ", ".join(image.name for image in kept)
+
+
+def open_image(context: bpy.types.Context, image: Image) -> str:
+    """Put an image into the file and show it: in image editors that are open, or in a new window.
+
+    Returns
+    -------
+    str
+        What it is called.
+    """
+    name = keep_images(context, [image])
+    is_seen = any(
+        area.type == "IMAGE_EDITOR"
+        for window in context.window_manager.windows
+        for area in window.screen.areas
+    )
+    if not is_seen and (area := new_area("IMAGE_EDITOR")) is not None:
+        area.spaces.active.image = bpy.data.images[name]
+    return name

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import bpy
 
+from .editors import new_area
 from .lesson_scene import OURS, is_ours
 
 CORE = Path(__file__).parents[2] / "core"
@@ -46,14 +47,7 @@ def editor_in(context: bpy.types.Context) -> bpy.types.Area | None:
 
 def new_editor() -> bpy.types.Area | None:
     """Return a text editor in a new window; None where there can be no window."""
-    if bpy.app.background:
-        return None
-    before = set(bpy.context.window_manager.windows)
-    bpy.ops.wm.window_new()
-    opened = next(each for each in bpy.context.window_manager.windows if each not in before)
-    area = max(opened.screen.areas, key=lambda each: each.width * each.height)
-    area.type = "TEXT_EDITOR"
-    return area
+    return new_area("TEXT_EDITOR")
 
 
 def show(area: bpy.types.Area, text: bpy.types.Text) -> None:

@@ -16,7 +16,7 @@ from ..contract.structure import Structure
 from ..errors import InputError
 from ..geometry.instances import Instanced, levels_of_mesh
 from ..geometry.rays import Rays
-from ..geometry.solids.mixed import MOVING_TRIANGLE
+from ..geometry.solids.mixed import MOVING_TRIANGLE, Mixed
 from ..geometry.triangles import Triangles
 from ..kernels import call, has_numba, is_plain
 from ..parallel import Spare, for_chunks
@@ -415,6 +415,12 @@ def refuse_scene(scene: Scene, own: Shaders) -> None:
     bottom = [scene.geometry]
     if isinstance(scene.geometry, Instanced):
         bottom = list(scene.geometry.meshes)
+    if not all(isinstance(each, Triangles | Mixed) for each in bottom):
+        raise InputError(
+            f"{scene.name} holds solids that are made of others; a program meets triangles and "
+            "elementary solids only",
+            scene.name,
+        )
     # Of each mesh, whether its items are triangles.
     are = [
         np.ones(1, bool) if isinstance(each, Triangles) else each.kinds <= MOVING_TRIANGLE

@@ -120,3 +120,11 @@ def test_instances_of_files_are_kept_or_flattened(cases) -> None:
         accelscope.load(path, instances="melt")
     said = accelscope.record(accelscope.build(kept))["scene"]["instances"]
     assert said == {"count": 3, "meshes": 1, "triangles": 1}
+
+
+def test_a_program_is_launched_by_name(built: accelscope.Built) -> None:
+    launched = accelscope.launch(built, "shadows", width=8, height=6)
+    assert launched.colours.shape == (6, 8, 4)
+    assert launched.totals["ray_generation"] == 48
+    with pytest.raises(accelscope.InputError, match="there is no program"):
+        accelscope.launch(built, "nothing")

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from accelscope.core import kernels
 from accelscope.core.errors import InputError
+from accelscope.core.geometry.csg.description import Difference
 from accelscope.core.geometry.instance_settings import (
     CULL_DISABLE,
     FORCE_NON_OPAQUE,
     FORCE_OPAQUE,
     FRONT_CCW,
 )
+from accelscope.core.geometry.solids.description import Sphere
 from accelscope.core.pipeline.language import (
     ACCEPT_HIT,
     ACCEPT_HIT_AND_END_SEARCH,
@@ -510,7 +512,7 @@ def test_what_is_given_to_shaders_can_only_be_read():
     def wrong(payload: Payload, attributes, ray, scene):
         ray.t_current = 1.0
 
-    with pytest.raises(AttributeError, match="can only be read"):
+    with pytest.raises(InputError, match="can only be read"):
         states(stack(3.0), program(HitGroup(closest_hit=wrong)))
 
 
@@ -557,3 +559,9 @@ def test_procedural_primitives_need_an_intersection_shader():
 def test_structures_that_do_not_answer_every_ray_are_refused():
     with pytest.raises(InputError, match="lazy"):
         pipeline(stack(1.0, 2.0), Program(tracing()), structure="grid", lazy=True)
+
+
+def test_solids_made_of_others_are_refused():
+    ball, cut = Sphere((0.0, 0.0, 0.0), 1.0), Sphere((0.5, 0.0, 0.0), 1.0)
+    with pytest.raises(InputError, match="made of others"):
+        pipeline(Scene.from_trees([Difference([ball, cut])], "cut"), program())
