@@ -92,7 +92,7 @@ def seen_by_camera(structure, ray):
     sight = sight_of(faces, whole(0), False, 1.0, structure.extent, ray)
     # It may start before the eye, but not so that it meets anything there.
     is_before = (sight.t - ray.t_min) * sight.length > slack
-    if not sight.off <= slack or (is_before and not faces.is_parallel[0]):
+    if not sight.off <= slack * slack or (is_before and not faces.is_parallel[0]):
         return stranger()
     if not (abs(sight.u) <= 1.0 + 1e-12 and abs(sight.v) <= 1.0 + 1e-12):
         return stranger()

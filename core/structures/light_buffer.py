@@ -118,7 +118,7 @@ def seen_by_light(structure, ray):
     sight = sight_of(structure.faces, first, True, -1.0, structure.extent, ray)
     # It ends at a light that has a place, and never reaches a sun.
     is_beyond = not (ray.t_max - sight.t) * sight.length <= slack
-    if not sight.off <= slack or (is_beyond and not structure.faces.is_parallel[first]):
+    if not sight.off <= slack * slack or (is_beyond and not structure.faces.is_parallel[first]):
         return stranger()
     cell, place = whole(NONE), whole(NONE)
     if abs(sight.u) <= 1.0 and abs(sight.v) <= 1.0:

@@ -78,8 +78,8 @@ class Sight(NamedTuple):
     length : float
         Of the ray's direction.
     off : float
-        How far off the origin the line passes; of parallel rays, how far it strays within the
-        scene. inf if it goes away from the face.
+        The square of how far off the origin the line passes; of parallel rays, of how far it strays
+        within the scene. inf if it goes away from the face.
     """
 
     face: int | np.integer
@@ -108,20 +108,22 @@ def sight_of(faces, first, is_cube, way, extent, ray):
     """
     o = faces.origins[first]
     x, y, z = ray.ox - o[0], ray.oy - o[1], ray.oz - o[2]
-    length = np.sqrt(ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz)
-    dx, dy, dz = way * ray.dx / length, way * ray.dy / length, way * ray.dz / length
+    dx, dy, dz = way * ray.dx, way * ray.dy, way * ray.dz
+    square = dx * dx + dy * dy + dz * dz
+    length = np.sqrt(square)
     if faces.is_parallel[first]:
         w = faces.axes[first, 2]
-        ex, ey, ez = dx - w[0], dy - w[1], dz - w[2]
+        ex, ey, ez = dx / length - w[0], dy / length - w[1], dz / length - w[2]
+        size = extent + np.sqrt(x * x + y * y + z * z)
         u, v, depth = in_face(faces, first, x, y, z)
-        off = np.sqrt(ex * ex + ey * ey + ez * ez) * (extent + np.sqrt(x * x + y * y + z * z))
+        off = (ex * ex + ey * ey + ez * ez) * size * size
         return Sight(first, u, v, -way * depth / length, length, off)
-    along = -(x * dx + y * dy + z * dz)
+    along = -(x * dx + y * dy + z * dz) / square
     ex, ey, ez = x + along * dx, y + along * dy, z + along * dz
     face = whole(face_towards(first, dx, dy, dz)) if is_cube else first
     a, b, c = in_face(faces, face, dx, dy, dz)
-    off = np.sqrt(ex * ex + ey * ey + ez * ez) if c > 0.0 else np.inf
-    return Sight(face, a / c, b / c, way * along / length, length, off)
+    off = ex * ex + ey * ey + ez * ez if c > 0.0 else np.inf
+    return Sight(face, a / c, b / c, way * along, length, off)
 
 
 @dispatched
