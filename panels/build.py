@@ -8,8 +8,10 @@ from typing import Any
 import bpy
 
 from ..addon import jobs
+from ..addon.from_blender.booleans import has_booleans
 from ..addon.results import session
 from ..addon.settings import choices
+from ..core.geometry.csg.settings import CuttingSettings
 from ..core.kernels import has_numba, numba_fault
 from ..core.scene.placing import PlacingSettings
 from .base import SidebarPanel, draw_job, draw_settings, draw_wrapped
@@ -39,6 +41,8 @@ class VIEW3D_PT_accelscope_build(SidebarPanel, bpy.types.Panel):
             draw_wrapped(layout, text, "INFO", width)
         layout.prop(root, "scope", expand=True)
         draw_settings(layout, root, PlacingSettings)
+        if any(has_booleans(obj) for obj in context.view_layer.objects):
+            draw_settings(layout, root, CuttingSettings)
         layout.prop(root, "structure")
         structure = choices.structure_chosen(root)
         draw_settings(layout, getattr(root.structures, root.structure), structure.Settings)

@@ -21,6 +21,7 @@ import numpy as np
 
 from ...core.errors import InputError
 from ...core.evaluation.records.environment import set_blender_version
+from ...core.geometry.csg.settings import CuttingSettings
 from ...core.geometry.instance_settings import InstanceSettings
 from ...core.progress import SILENT, Progress
 from ...core.reading import refuse_if_no_file
@@ -31,6 +32,7 @@ from ..settings import instances as instances_of_objects
 from ..settings import solids
 from ..standard_streams import others_kept_silent
 from ..stopping import held
+from .booleans import has_booleans, operands_only, tree_of
 from .fingerprint import hash_of
 from .materials import names_of_slots
 from .mesh_check import (
@@ -68,12 +70,16 @@ class ListedMesh(NamedTuple):
 # ----------------------------------------------------------------------------- reading Blender
 
 
-def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
+def collect(
+    depsgraph: bpy.types.Depsgraph, scope: str, remarks: list[str] | None = None
+) -> list[Part]:
     """Return every mesh in scope, or what it stands for, in the order of Blender's depsgraph.
 
     Parameters
     ----------
     scope : {"visible", "selected"}
+    remarks : list of str, optional
+        What is appended to it are sentences on objects that are no trees of solids, and why.
 
     Raises
     ------
@@ -83,9 +89,12 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
     parts = []
     known: dict[int, LocalMesh | Standing] = {}
     for found in meshes_in_scope(depsgraph, scope):
-        solid = solid_of(found.obj.original)
-        if solid is not None:
-            names = names_of_slots(found.obj, found.obj.data)
+        solid = standing_of(found.obj.original, depsgraph)
+        if isinstance(solid, str):
+            if remarks is not None and solid not in remarks:
+                remarks.append(solid)
+        elif solid is not None:
+            names = solid.materials or names_of_slots(found.obj, found.obj.data)
             parts.append(Part(found.key, found.name, solid, found.matrix, names, found.descriptor))
             continue
         address = found.obj.data.as_pointer()
@@ -109,10 +118,13 @@ def collect(depsgraph: bpy.types.Depsgraph, scope: str) -> list[Part]:
 def meshes_in_scope(depsgraph: bpy.types.Depsgraph, scope: str) -> Iterator[ListedMesh]:
     """Yield every mesh in scope, evaluated, those without faces too."""
     view_layer = depsgraph.view_layer
+    left_out = operands_only(obj for obj in view_layer.objects if obj)
     for instance in depsgraph.object_instances:
         obj = instance.object
         # Instances come and go during the iteration: nothing of them is kept but copies.
         if obj.type != "MESH" or not instance.show_self:
+            continue
+        if obj.original.session_uid in left_out:
             continue
         source = instance.parent if instance.is_instance else obj
         if scope == SELECTED and not source.original.select_get(view_layer=view_layer):
@@ -124,6 +136,14 @@ def meshes_in_scope(depsgraph: bpy.types.Depsgraph, scope: str) -> Iterator[List
         matrix = np.array(instance.matrix_world, dtype=np.float64, order="C")
         descriptor = instances_of_objects.descriptor_of(original, owner)
         yield ListedMesh(key, name, obj, matrix, descriptor)
+
+
+def standing_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Standing | str | None:
+    """Return what an object, as it was made, stands for: a tree, a solid; None if for nothing.
+
+    Of one with Boolean modifiers that is no tree, why it is none, in words.
+    """
+    return tree_of(obj, depsgraph) if has_booleans(obj) else solid_of(obj)
 
 
 def _read_mesh(obj: bpy.types.Object) -> LocalMesh:
@@ -186,6 +206,10 @@ class RawScene(NamedTuple):
     view : View
     instances : {"keep", "objects", "flatten"}
         What becomes of them, see :mod:`...core.scene.placing`.
+    remarks : tuple of str
+        On objects that could not be read as what they are.
+    cutting : CuttingSettings
+        How trees of solids are bounded.
     """
 
     parts: list[Part]
@@ -193,6 +217,8 @@ class RawScene(NamedTuple):
     source: str
     view: View
     instances: str
+    remarks: tuple[str, ...] = ()
+    cutting: CuttingSettings = CuttingSettings()
 
     @classmethod
     def at(cls, context: bpy.types.Context, scope: str, instances: str) -> RawScene:
@@ -209,10 +235,12 @@ class RawScene(NamedTuple):
             When there is no mesh with faces, or one is invalid.
         """
         refuse_invalid_meshes(context.view_layer)
-        parts = collect(context.evaluated_depsgraph_get(), scope)
+        remarks: list[str] = []
+        parts = collect(context.evaluated_depsgraph_get(), scope, remarks)
         path = bpy.data.filepath
         name = Path(path).stem if path else context.scene.name
-        return cls(parts, name, path or "unsaved Blender file", View.of(context), instances)
+        source = path or "unsaved Blender file"
+        return cls(parts, name, source, View.of(context), instances, tuple(remarks))
 
     def shape(self, progress: Progress = SILENT) -> Scene:
         """Return what rays can hit; every instance is an object of its own.
@@ -234,7 +262,7 @@ class RawScene(NamedTuple):
             progress.report(number, len(self.parts), "Cutting polygons")
             mesh = part.mesh
             if isinstance(mesh, Standing):
-                cut[id(mesh)] = Solids(mesh.items)
+                cut[id(mesh)] = Solids(mesh.items, mesh.slots)
             elif id(mesh) not in cut:
                 # Not Blender's own triangles: those of files are cut in the same way as these.
                 with announcing(progress, CUTTING):
@@ -248,8 +276,8 @@ class RawScene(NamedTuple):
             )
         return scene_of(
             objects, self.instances, self.name, self.source,
-            advice="hide some objects", progress=progress,
-        )  # fmt: skip
+            notes=self.remarks, advice="hide some objects", progress=progress,
+        ).with_cutting(self.cutting)  # fmt: skip
 
 
 def extract(context: bpy.types.Context, scope: str, instances: str = KEEP) -> Scene:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...core.geometry.csg.description import Node
 from ...core.geometry.instance_settings import PLAIN, InstanceSettings
-from ...core.geometry.solids.description import Item
 
 Key = tuple[int, int]
 """Identity of what a part comes from: session ids of the instancing object (0 if there is none)
@@ -51,10 +51,16 @@ class Standing(NamedTuple):
     items : tuple of Item
     digest : bytes
         Of their descriptions, or of the mesh that carries them.
+    materials : tuple of str or None
+        Full names of what the leaves of trees are made of; None if the object's slots say it.
+    slots : tuple of int or None
+        Which of those each leaf is of.
     """
 
-    items: tuple[Item, ...]
+    items: tuple[Node, ...]
     digest: bytes
+    materials: tuple[str, ...] | None = None
+    slots: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True)

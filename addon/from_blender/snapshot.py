@@ -21,10 +21,10 @@ from ...core.progress import SILENT, Progress
 from ...core.scene import Scene
 from ...core.scene.placing import KEEP, OBJECTS, is_shared
 from . import extraction
+from .booleans import has_booleans
 from .extraction import ListedMesh, RawScene
 from .fingerprint import Digest, MeshHash, bytes_of_matrix, fingerprint, movement
-from .parts import Key, Part
-from .standing import solid_of
+from .parts import Key, Part, Standing
 
 Place = tuple[Key, int]
 """A mesh in scope: what it comes from, and the how manyth that Blender lists of it."""
@@ -187,7 +187,7 @@ class Look:
         layer = self.layers.setdefault(depsgraph.view_layer.name, InLayer())
         layer.is_settled = False
         layer.forget_unread()
-        reader = _Reader(layer, until)
+        reader = _Reader(layer, until, depsgraph)
         listed: Counter[Key] = Counter()
         with_faces: Counter[Key] = Counter()
         is_complete = True
@@ -258,17 +258,23 @@ class Look:
 class _Reader:
     """Hashes the meshes of one comparison, as long as there is time."""
 
-    def __init__(self, layer: InLayer, until: float) -> None:
+    def __init__(self, layer: InLayer, until: float, depsgraph: bpy.types.Depsgraph) -> None:
         self._layer, self._until = layer, until
+        self._depsgraph = depsgraph
         self._known: dict[int, bytes] = {}  # by the address of a mesh that several objects share
         self._has_read = False
 
     def hash_of(self, place: Place, found: ListedMesh) -> bytes | None:
         """Return the hash of a mesh, empty if it has no faces; None if there is no time for it."""
         layer, known = self._layer, self._known
-        solid = solid_of(found.obj.original)
-        if solid is not None:
-            return solid.digest
+        is_tree = has_booleans(found.obj.original)
+        if is_tree and place in layer.hashes:
+            return layer.hashes[place]
+        standing = extraction.standing_of(found.obj.original, self._depsgraph)
+        if isinstance(standing, Standing):
+            if is_tree:
+                layer.hashes[place] = standing.digest
+            return standing.digest
         if place in layer.hashes:
             return layer.hashes[place]
         address = found.obj.data.as_pointer()

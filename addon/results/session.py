@@ -16,6 +16,8 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...core.errors import InputError
+from ...core.geometry.csg.settings import CuttingSettings
+from ...core.geometry.csg.trees import Csg
 from ...core.printing import show_integer
 from ...core.scene.placing import FLATTEN, KEEP, OBJECTS
 from ...core.settings import has_effect
@@ -106,6 +108,8 @@ class Session:
             When there is nothing to build over, or a mesh is invalid.
         """
         taken = Taken.at(context, scope, instances)
+        cutting = generated.read(context.scene.accelscope, CuttingSettings, "bounds of CSG trees")
+        taken = taken._replace(raw=taken.raw._replace(cutting=cutting))
         self.watch(taken.look)
         return taken
 
@@ -238,6 +242,11 @@ class Session:
         taken_so = self.snapshot.look.instances
         if root.instances != taken_so and (taken_so or root.instances == OBJECTS):
             return TAKEN_SO[taken_so]
+        geometry = self.snapshot.scene.geometry
+        if isinstance(geometry, Csg) and geometry.cutting != generated.read(
+            root, CuttingSettings, "bounds of CSG trees"
+        ):
+            return "the bounds of CSG trees were changed"
         try:
             structure, settings = choices.structure_and_settings(root)
         except InputError as error:

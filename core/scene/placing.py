@@ -15,6 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.csg.description import ClosedMesh, Node, is_tree, leaves_of, moved_node
+from ..geometry.csg.making import Described
+from ..geometry.csg.trees import Csg
 from ..geometry.instance_settings import PLAIN, InstanceSettings, checked
 from ..geometry.instances import Instanced, instanced, inverted, mirrors, moved_points
 from ..geometry.solids.description import Item, moved_item
@@ -70,10 +73,15 @@ class Solids(NamedTuple):
 
     Attributes
     ----------
-    items : sequence of Item
+    items : sequence of Item or Node
+        Trees of solids, too.
+    slots : sequence of int or None
+        Which of its object's materials each leaf is of, if there are trees; None if all are of the
+        first.
     """
 
-    items: Sequence[Item]
+    items: Sequence[Node]
+    slots: Sequence[int] | None = None
 
 
 class PlacedMesh(NamedTuple):
@@ -232,6 +240,9 @@ def _of_items(
     ]
     total = sum(counts)
     refuse_if_too_large(total * BYTES_PER_ITEM, f"{name} of {total} items", advice)
+    solids = [placed.mesh.items for placed in objects if isinstance(placed.mesh, Solids)]
+    if any(is_tree(item) for items in solids for item in items):
+        return _of_trees(objects, name, source, names, notes, progress)
     owners = np.repeat(np.arange(len(objects), dtype=np.int32), counts)
     is_solid = np.zeros(total, bool)
     items: list[Item] = []
@@ -240,7 +251,7 @@ def _of_items(
     for number, (placed, count) in enumerate(zip(objects, counts, strict=True)):
         progress.report(number, len(objects), "Taking solids")
         if isinstance(placed.mesh, Solids):
-            items += [moved_item(item, placed.matrix) for item in placed.mesh.items]
+            items += [moved_item(item, placed.matrix) for item in _plain(placed.mesh)]
             is_solid[first : first + count] = True
         else:
             corners.append(_in_world(placed.mesh, placed.matrix).astype(np.float64))
@@ -262,8 +273,58 @@ def _of_items(
     return _surfaced(scene, objects, counts, has_corners)
 
 
+def _plain(solids: Solids) -> list[Item]:
+    """Return the items of what has no trees."""
+    return [item for item in solids.items if not is_tree(item)]
+
+
+def _of_trees(
+    objects: Sequence[PlacedMesh],
+    name: str,
+    source: str,
+    names: tuple[str, ...],
+    notes: tuple[str, ...],
+    progress: Progress,
+) -> Scene:
+    """Return a scene of trees of solids, and of plain items and triangles beside them."""
+    described: list[Described] = []
+    n_items, n_primitives, slots = [], [], []
+    dropped = 0
+    for number, placed in enumerate(objects):
+        progress.report(number, len(objects), "Taking trees of solids")
+        mesh = placed.mesh
+        if isinstance(mesh, Solids):
+            described += [moved_node(item, placed.matrix) for item in mesh.items]
+            leaves = [leaf for item in mesh.items for leaf in leaves_of(item)]
+            counts = [len(leaf.triangles) if isinstance(leaf, ClosedMesh) else 1 for leaf in leaves]
+            own = np.zeros(len(leaves), np.int64) if mesh.slots is None else np.array(mesh.slots)
+            slots.append(np.repeat(own, counts))
+            n_items.append(len(mesh.items))
+        else:
+            corners = _in_world(mesh, placed.matrix).astype(np.float64)
+            usable = (np.abs(corners) < LARGEST).all(axis=(1, 2))
+            described.append(mixed_of_triangles(corners[usable]))
+            own = np.zeros(len(usable), np.int64) if mesh.slots is None else mesh.slots
+            slots.append(own[usable])
+            n_items.append(int(usable.sum()))
+            dropped += int((~usable).sum())
+        n_primitives.append(len(slots[-1]))
+    progress.report(len(objects), len(objects), "Taking trees of solids")
+    scene = Scene.from_trees(
+        described, name, source, notes=notes, object_names=names,
+        object_ids=np.repeat(np.arange(len(objects)), n_items),
+    )  # fmt: skip
+    has_corners = np.array([isinstance(each.mesh, Mesh) for each in objects])
+    scene = dataclasses.replace(scene, dropped=dropped)
+    return _surfaced(scene, objects, n_primitives, has_corners, slots)
+
+
 def _surfaced(
-    scene: Scene, objects: Sequence[PlacedMesh], counts: Sequence[int], in_world: np.ndarray
+    scene: Scene,
+    objects: Sequence[PlacedMesh],
+    counts: Sequence[int],
+    in_world: np.ndarray,
+    given_slots: Sequence[np.ndarray] = (),
 ) -> Scene:
     """Return a scene with the materials of its objects, and which of them are turned.
 
@@ -273,6 +334,8 @@ def _surfaced(
         Items of each object.
     in_world : (n_objects,) bool
         Which of them have corners that were moved by their matrices.
+    given_slots : sequence of (count,) int, optional
+        Which of its object's materials each item is of; by default as meshes say.
     """
     first = np.cumsum([0, *counts])
     if in_world.any():
@@ -288,10 +351,11 @@ def _surfaced(
     numbers: dict[Material, int] = {}
     begins: list[np.ndarray] = []
     ids: list[int] = []
-    for placed, begin, count in zip(objects, first, counts, strict=False):
+    for number, (placed, begin, count) in enumerate(zip(objects, first, counts, strict=False)):
         if not count:
             continue
         slots = placed.mesh.slots if isinstance(placed.mesh, Mesh) else None
+        slots = given_slots[number] if given_slots else slots
         slots = np.zeros(1, np.int64) if slots is None else np.asarray(slots, np.int64)
         runs = np.flatnonzero(np.diff(slots, prepend=-1))
         begins.append(begin + runs)
@@ -304,7 +368,7 @@ def _surfaced(
     material_first = np.concatenate([*begins, first[-1:]])
     material_ids = np.array(ids, dtype=np.int32)
     scene = dataclasses.replace(scene, materials=tuple(numbers))
-    if isinstance(scene.geometry, Instanced):
+    if isinstance(scene.geometry, (Csg, Instanced)):
         return dataclasses.replace(scene, material_ids=material_ids, material_first=material_first)
     runs = np.searchsorted(material_first, scene.primitive_ids, side="right") - 1
     return dataclasses.replace(scene, material_ids=material_ids[runs])
