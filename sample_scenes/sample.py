@@ -73,11 +73,13 @@ class Sample:
         )
         return dataclasses.replace(self.generator(settings), source=self.spec(settings))
 
-    def items(self, settings: Any) -> list[Item] | None:
-        """Return the descriptions of the scene's items; None for scenes of triangles alone.
+    def items(self, settings: Any) -> list[Any] | None:
+        """Return the descriptions of the scene's items, or its parts; None for triangles alone.
 
         The settings are those of a scene that has been generated.
         """
+        if self.parts is not None:
+            return list(self.parts(settings))
         return None if self.described is None else [item for item, _ in self.described(settings)]
 
     def spec(self, settings: Any) -> str:

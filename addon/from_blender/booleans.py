@@ -78,7 +78,7 @@ class Reading:
                 f"the modifier {name} stands beside its Boolean ones, so that its evaluated mesh "
                 "is taken"
             )
-        node = self._shape_of(obj, is_evaluated=bool(others))
+        node: Any = self._shape_of(obj, is_evaluated=bool(others))
         for modifier in () if others else booleans:
             operands = [
                 moved_node(self.node_of(operand), self._way(obj, operand))

@@ -7,10 +7,10 @@ lesson has the scene; it is known by a property of its own, and goes when the le
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import bpy
 
-from ...core.geometry.solids.description import Item
 from ...core.scene import Scene
 from .sample_objects import add_scene
 
@@ -37,7 +37,7 @@ def sample_in(owner: bpy.types.Scene) -> str:
 
 
 def open_scene(
-    window: bpy.types.Window, sample: str, scene: Scene, label: str, items: Sequence[Item] | None
+    window: bpy.types.Window, sample: str, scene: Scene, label: str, items: Sequence[Any] | None
 ) -> bpy.types.Scene:
     """Show a sample in the scene for lessons, and that in a window; return it.
 
@@ -47,8 +47,8 @@ def open_scene(
         Which it is, with its settings.
     label : str
         Of the sample.
-    items : sequence of Item, optional
-        Descriptions of its items, if it has solids.
+    items : sequence of Item or Part, optional
+        Descriptions of its items, if it has solids; of its parts, if it has trees.
     """
     owner = window.scene
     if not is_ours(owner):

@@ -11,7 +11,7 @@ import dataclasses
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -273,7 +273,7 @@ def _of_items(
     return _surfaced(scene, objects, counts, has_corners)
 
 
-def _plain(solids: Solids) -> list[Item]:
+def _plain(solids: Solids) -> list[Any]:
     """Return the items of what has no trees."""
     return [item for item in solids.items if not is_tree(item)]
 

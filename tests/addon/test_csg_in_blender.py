@@ -216,3 +216,23 @@ def test_a_moved_operand_makes_the_build_out_of_date(bpy: Any, extraction: Any) 
     assert change() == "the geometry of Cube has changed"
     cutter.location.x -= 0.25
     assert change() == ""
+
+
+@pytest.mark.parametrize(
+    "name", ["csg_classic", "csg_rook", "csg_plate:holes=3", "csg_chain:size=9"]
+)
+def test_samples_come_back_as_they_were_made(bpy: Any, extraction: Any, name: str) -> None:
+    """Objects, modifiers and what they stand for: the same tree, but for float32 matrices."""
+    from accelscope.addon.to_blender.sample_objects import add_scene
+    from accelscope.sample_scenes import make_sample, sample_and_settings
+
+    sample, settings = sample_and_settings(name)
+    made = make_sample(name)
+    add_scene(bpy.context.scene, made, sample.label, sample.items(settings))
+    back = visible(bpy, extraction)
+    assert back.notes == ()
+    assert len(back) == len(made)
+    assert back.geometry.n_primitives == made.geometry.n_primitives
+    others, hits = far_apart(made, back, 20_000)
+    assert others == 0
+    assert hits > 0.1
