@@ -70,17 +70,8 @@ class Making:
         self.lock = threading.Lock()
 
 
-class LazyStructure(Structure):
-    """A structure that makes its cells when rays enter them.
-
-    Its arrays, for kernels, have the fields
-
-        wanted : (n_cells,) uint8     1 where a walk has met a cell that is not made
-        look_ahead : int              how many missing cells a walk notes before it gives up
-
-    of which the first has room only while rays are traced. All threads share it: each writes the
-    same 1, so it does not matter who is first.
-    """
+class MadeByRays(Structure):
+    """A structure whose cells are made for the rays that are traced."""
 
     making: Making
 
@@ -92,6 +83,34 @@ class LazyStructure(Structure):
     @arrays.setter
     def arrays(self, arrays: Any) -> None:
         self.making = Making(arrays)
+
+    def made(self) -> Made:
+        """Return what has been made for rays so far."""
+        return self.making.made
+
+    def _recorded(self, arrays: Any) -> Steps:
+        """Record the walk of one ray, or cone, once the cells that it enters are there."""
+        self._trace_all(arrays, None, 1, SILENT)
+        return super()._recorded(arrays)
+
+    def _keep(self, arrays: Any, count: int, seconds: float) -> None:
+        """Keep what was made: so many cells, in so much time."""
+        cells, before, passes = self.making.made
+        self.making.arrays = arrays
+        self.making.made = Made(cells + count, before + seconds, passes + 1)
+
+
+class LazyStructure(MadeByRays):
+    """A structure that makes its cells when rays enter them.
+
+    Its arrays, for kernels, have the fields
+
+        wanted : (n_cells,) uint8     1 where a walk has met a cell that is not made
+        look_ahead : int              how many missing cells a walk notes before it gives up
+
+    of which the first has room only while rays are traced. All threads share it: each writes the
+    same 1, so it does not matter who is first.
+    """
 
     @abc.abstractmethod
     def seeking(self, look_ahead: int) -> tuple[Any, np.ndarray]:
@@ -114,15 +133,6 @@ class LazyStructure(Structure):
         Cancelled
             From `progress`.
         """
-
-    def made(self) -> Made:
-        """Return what has been made for rays so far."""
-        return self.making.made
-
-    def _recorded(self, arrays: Any) -> Steps:
-        """Record the walk of one ray, or cone, once the cells that it enters are there."""
-        self._trace_all(arrays, None, 1, SILENT)
-        return super()._recorded(arrays)
 
     def _trace_all(
         self,
@@ -160,11 +170,7 @@ class LazyStructure(Structure):
 
     def _make(self, wanted: np.ndarray, threads: int, progress: Progress) -> None:
         """Make cells, and keep them and the time that took."""
-        making = self.making
-        with making.lock:
+        with self.making.lock:
             start = time.perf_counter()
-            making.arrays, count = self.make_cells(wanted, threads, progress)
-            cells, seconds, passes = making.made
-            making.made = Made(
-                cells + count, seconds + time.perf_counter() - start, passes + 1
-            )  # fmt: skip
+            arrays, count = self.make_cells(wanted, threads, progress)
+            self._keep(arrays, count, time.perf_counter() - start)

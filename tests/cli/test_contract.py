@@ -11,6 +11,7 @@ import zlib
 import numpy as np
 import pytest
 from accelscope.core.contract.counters import names_of
+from accelscope.core.contract.lazy import MadeByRays
 from accelscope.core.evaluation.pages import view
 from accelscope.core.evaluation.records.report import figures
 from accelscope.core.settings import describe
@@ -134,6 +135,8 @@ def test_a_record_has_what_its_structure_declares_and_nothing_else(evaluate, nam
     structure = structures()[name]
     timing = {"seconds", "rays_per_second", "hits", "hits_by_class", "by_class"}
     counted = set(record["trace"]) - timing
+    assert ("lazy" in counted) == issubclass(structure, MadeByRays)
+    counted -= {"lazy"}
     if "routes" in counted:  # by which of its parts count what
         assert counted - {"routes"} < set(names_of(structure.COUNTERS))
     else:

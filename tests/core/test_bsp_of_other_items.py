@@ -7,9 +7,9 @@ structures (test_structures_over_samples.py, test_instances.py).
 import numpy as np
 import pytest
 from accelscope.core.geometry.rays import ALL, Rays
+from accelscope.core.geometry.shapes import areas_and_lengths, convex_loop, shapes_of
 from accelscope.core.geometry.solids.description import Polygon, Sphere
 from accelscope.core.scene import Scene
-from accelscope.core.structures.bsp.shapes import areas_and_lengths, convex_loop, shapes_of
 from bsp_trees import TREES, assert_mean, lines
 
 SHELL = 2.0**-42

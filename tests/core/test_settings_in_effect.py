@@ -75,10 +75,10 @@ def outcome(lab, name, scene_name, settings):
     """Return all that can be seen of a structure, but for the constants that it repeats."""
     scene = lab.small_scene(scene_name)
     built = structures()[name].build(scene, settings)
-    figures = built.statistics().to_json()
-    del figures["sah_constants"]
     rays = Rays.from_arrays(*random_lines(scene.lower, scene.upper, 200, 1))
     counters = [built.trace(rays, query)[1].values.tobytes() for query in (CLOSEST, ALL)]
+    figures = built.statistics().to_json()  # of what rays have made, too
+    del figures["sah_constants"]
     # Sums depend on the order of nodes in their last digits.
     rounded = json.loads(json.dumps(figures), parse_float=lambda text: f"{float(text):.12g}")
     return json.dumps(rounded), built.triangles.ids.tobytes(), *counters
@@ -86,7 +86,9 @@ def outcome(lab, name, scene_name, settings):
 
 def changes_something(lab, name, field, settings):
     """Say whether any value of a setting makes a difference beside the others."""
-    fine = {"max_leaf_size": 1} if hasattr(settings, "max_leaf_size") else {}
+    smallest = {"max_leaf_size": 1, "min_rays": 1}
+    fine = {key: value for key, value in smallest.items() if hasattr(settings, key)}
+    fine.pop(field.name, None)
     flush = {"padding": 0.0} if hasattr(settings, "padding") else {}
     for changed in ({}, fine, flush, fine | flush):
         base = dataclasses.replace(settings, **changed)

@@ -3,7 +3,7 @@
 Cells are convex polyhedra (:mod:`.polyhedron`), and the surface area heuristic reckons with their
 true areas. Who decides where the planes go is :mod:`.planes`; triangles and polygons are cut at
 them, so that a leaf lists only what reaches into it (:mod:`.references`); other items are seen as
-hulls (:mod:`.shapes`). The tree (:mod:`.storage`) is walked like a kd-tree
+hulls (:mod:`...geometry.shapes`). The tree (:mod:`.storage`) is walked like a kd-tree
 (:mod:`..subdivision.walks`), with an inner product instead of a coordinate. All planes are walked
 alike, so C_trav is the same for all.
 
@@ -25,6 +25,7 @@ from ...contract.build_log import OBLIQUE, SPLIT, BuildLog
 from ...contract.cells import Cells, parents_of
 from ...contract.costs import intersection_cost, traversal_cost
 from ...contract.figures import Figure
+from ...geometry.shapes import areas_and_lengths, shapes_of
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
@@ -48,7 +49,6 @@ from .build import grow_tree
 from .cells import Measures, covered_areas, measured, polygons
 from .grown import Grown
 from .planes import Autopartition, Heuristic, directions_of
-from .shapes import areas_and_lengths, shapes_of
 from .storage import BspArrays, BspMarch
 
 SHELL = 2.0**-42

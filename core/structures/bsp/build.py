@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...geometry.shapes import Shapes
 from ...kernels import call
 from ...memory import MOST_NUMBERS, refuse_if_too_large
 from ...progress import Progress
@@ -48,7 +49,6 @@ from .grown import Grown, joined, numbered
 from .planes import make_scratch
 from .polyhedron import Polyhedra, make_polyhedra
 from .references import Lists
-from .shapes import Shapes
 
 MOST_REFERENCES = 1 << 22
 """References at which a tree is refused, unless the scene has a sixteenth as many triangles."""

@@ -11,13 +11,13 @@ import numpy as np
 
 from ...contract.cells import Polygons
 from ...geometry.length import polygon_area
+from ...geometry.shapes import Shapes
 from ...kernels import call, inner, kernel, whole
 from ...progress import SILENT, Progress
 from ...ranges import ranges
 from .grown import Grown
 from .polyhedron import clip, make_polyhedra, measure
 from .references import MOST_PLANES, Lists, append_side
-from .shapes import Shapes
 
 
 class Measures(NamedTuple):

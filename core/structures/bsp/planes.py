@@ -174,7 +174,7 @@ def choose_plane(rule, lists, begin, n, room, row, area, scratch, facets, shell)
     area : float
         Its surface area; its faces are measured.
     facets : (n_items, 3, 3) float64
-        See :class:`.shapes.Shapes`.
+        See :class:`...geometry.shapes.Shapes`.
     shell : float
     """
     raise TypeError(type(rule).__name__)

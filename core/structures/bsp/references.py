@@ -4,7 +4,7 @@ A *reference* is one item in one cell, with the polygon that is left of it there
 a reference to the sides that its polygon reaches into by more than `shell`; one that does not, as
 it lies in the plane, goes below. A polygon that reaches into both is cut (Sutherland and Hodgman),
 so that no leaf lists a triangle for nothing. What is not flat goes to both as it is
-(:mod:`.shapes`).
+(:mod:`...geometry.shapes`).
 
 Rounding: a cut polygon is off by some units in the last place for each plane on the way from the
 root, sixty at most. The shell is larger, and walks know of it (:mod:`.storage`).

@@ -1,11 +1,11 @@
-"""What the planes of a BSP tree divide: the shape of every item, as points.
+"""Shapes of items, as points: what planes divide that bound the cells of BSP trees, or ray pencils.
 
 - Of what is flat, a triangle or a polygon, it is a convex polygon, and planes cut it. A polygon
   with hollow corners stands for its convex hull in its plane.
-- What has an inside, moves, or is an instance has a hull (:func:`...geometry.geometry.hulls_of`),
-  whose points planes only send to one side or to both. So a leaf may list such an item although
-  only two planes together keep it out; none that reaches into the leaf is missing.
-- The corners of a polygon may lie off its plane by a little (:mod:`...geometry.solids.making`).
+- What has an inside, moves, or is an instance has a hull (:func:`.geometry.hulls_of`), whose points
+  planes only send to one side or to both. So a cell may list such an item although only two planes
+  together keep it out; none that reaches into the cell is missing.
+- The corners of a polygon may lie off its plane by a little (:mod:`.solids.making`).
   Where that is not small beside the shell, cuts of it would lose what bulges out: it is not cut.
 """
 
@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...geometry.geometry import hulls_of
-from ...geometry.solids.mixed import NORMAL, POLYGON, TRIANGLE, Mixed
-from ...geometry.triangle import areas_of
-from ...geometry.triangles import Triangles
-from ...ranges import ranges
+from ..ranges import ranges
+from .geometry import hulls_of
+from .solids.mixed import MOVING_TRIANGLE, NORMAL, POLYGON, TRIANGLE, Mixed
+from .triangle import areas_of
+from .triangles import Triangles
 
 FLAT = 1.0 / 16
 """How far off its plane a polygon may be to be cut, in shells."""
@@ -35,6 +35,10 @@ class Shapes(NamedTuple):
         Item i has ``points[start[i]:start[i] + size[i]]``.
     is_cut : (n,) bool
         Whether these go once around a convex polygon, which planes cut.
+    is_own : (n,) bool
+        Of what is cut, whether its polygon is the item itself, not a hull of hollow corners.
+    is_moving : (n,) bool
+        Whether half of its points are the corners at time 0, the others those at time 1.
     facets : (n, 3, 3) float64
         A triangle of each, the largest of its hull: its plane, and those through its edges, are
         tried as planes of the tree.
@@ -44,6 +48,8 @@ class Shapes(NamedTuple):
     start: np.ndarray
     size: np.ndarray
     is_cut: np.ndarray
+    is_own: np.ndarray
+    is_moving: np.ndarray
     facets: np.ndarray
 
 
@@ -52,16 +58,18 @@ def shapes_of(geometry: Any, shell: float) -> Shapes:
     count = len(geometry.ids)
     if isinstance(geometry, Triangles):
         start, size = 3 * np.arange(count), np.full(count, 3)
-        points = geometry.corners.reshape(-1, 3)
-        return Shapes(points, start, size, np.ones(count, np.bool_), geometry.corners)
+        points, all_are = geometry.corners.reshape(-1, 3), np.ones(count, np.bool_)
+        return Shapes(points, start, size, all_are, all_are, ~all_are, geometry.corners)
     hulls, offsets = hulls_of(geometry)
     start, size = 3 * offsets[:-1], 3 * np.diff(offsets)
     # The last of equals would depend on the sort: the first of each item's largest.
     largest = np.lexsort((-areas_of(hulls), np.repeat(np.arange(count), np.diff(offsets))))
     facets = hulls[largest[offsets[:-1]]]
     points, is_cut = hulls.reshape(-1, 3).copy(), np.zeros(count, np.bool_)
+    is_own, is_moving = is_cut.copy(), is_cut.copy()
     if isinstance(geometry, Mixed):
-        is_cut = geometry.kinds == TRIANGLE
+        is_cut, is_moving = geometry.kinds == TRIANGLE, geometry.kinds == MOVING_TRIANGLE
+        is_own = is_cut.copy()
         for i in np.flatnonzero((geometry.kinds == POLYGON) & (geometry.size > 0)):
             loop = geometry.points[geometry.first[i] :][: geometry.size[i]]
             normal = geometry.rows[i, NORMAL]
@@ -70,8 +78,8 @@ def shapes_of(geometry: Any, shell: float) -> Shapes:
             around = loop[convex_loop(np.delete(loop, np.abs(normal).argmax(), axis=1))]
             # The triangles of its hull have three corners for each but two, which is room enough.
             points[start[i] : start[i] + len(around)] = around
-            size[i], is_cut[i] = len(around), True
-    return Shapes(points, start, size, is_cut, facets)
+            size[i], is_cut[i], is_own[i] = len(around), True, len(around) == len(loop)
+    return Shapes(points, start, size, is_cut, is_own, is_moving, facets)
 
 
 def convex_loop(points: np.ndarray) -> list[int]:
