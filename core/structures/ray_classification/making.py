@@ -13,7 +13,7 @@ rays; for fewer it would not pay.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -264,7 +264,7 @@ OF_CELLS = "children", "dimension", "plane", "first", "last", "used"
 
 def with_room(cells: Cells, known: Known, n_cells: int) -> tuple[Cells, Known]:
     """Return copies of both with room for so many cells."""
-    fields = {name: longer(getattr(cells, name), n_cells) for name in OF_CELLS}
+    fields: dict[str, Any] = {name: longer(getattr(cells, name), n_cells) for name in OF_CELLS}
     return cells._replace(**fields), Known(*(longer(values, n_cells) for values in known))
 
 
@@ -309,7 +309,7 @@ def make(
     refuse_if_too_large(
         180 * n_cells, f"{n_cells} cells of ray space", "lower max_depth, or raise max_list_size"
     )
-    fields = {name: getattr(cells, name)[:n_cells] for name in OF_CELLS}
+    fields: dict[str, Any] = {name: getattr(cells, name)[:n_cells] for name in OF_CELLS}
     return cells._replace(**fields), Known(*(values[:n_cells] for values in known))
 
 
