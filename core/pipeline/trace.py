@@ -33,7 +33,7 @@ from ..geometry.solids.mixed import MOVING_TRIANGLE, Mixed
 from ..geometry.triangles import Triangles
 from ..kernels import dispatched, implements, inner, kernel, whole
 from .candidates import Shaded, ShadedInstances
-from .hits import describe, vertices_of
+from .hits import describe, record_of, vertices_of
 from .records import call_at, record_at, words_at, words_of
 from .stage import (
     CLOSEST,
@@ -217,8 +217,7 @@ def call_closest_hit(bundle, stage, frame, ray):
     frame.entered = instance
     is_triangle = describe_hit(bundle.geometry, stage, frame, ray)
     table = stage.triangles if is_triangle else stage.procedurals
-    record = frame.contribution + frame.multiplier * frame.geometry_index
-    record = (record + stage.instances[instance, 2]) % len(table)
+    record = record_of(stage, frame, frame.geometry_index) % len(table)
     if table[record, CLOSEST] == NULL:
         return
     if stage.payloads[depth - 1, 1] != table[record, PAYLOAD_OF_CLOSEST]:

@@ -326,6 +326,21 @@ def test_the_instance_contributes_to_the_index_of_the_hit_group():
     groups = [closest_of(number) for number in range(6)]
     scene = placed(1.0, 2.0, hit_groups=np.array([1, 3]))
     assert shown(scene, program(*groups, contribution=1))[0] == 4.0
+    # That of the instance that was hit, not of the last one that was looked into.
+    scene = placed(2.0, 1.0, hit_groups=np.array([3, 1]))
+    assert shown(scene, program(*groups, contribution=1), structure="naive")[0] == 4.0
+
+
+def test_the_any_hit_shader_is_that_of_the_same_hit_group():
+    def ignores(payload: Payload, attributes, ray):
+        return IGNORE_HIT
+
+    groups = [HitGroup(closest_hit=closest_hit, any_hit=each) for each in (accept, ignores)]
+    # Of three geometries the middle one has group 1, and so has the second instance.
+    found = states(stack(1.0, 2.0, 3.0), program(*groups), structure="naive")
+    assert called(found, "ignored") == [1]
+    found = states(placed(1.0, 2.0, hit_groups=np.array([0, 1])), program(*groups))
+    assert (called(found, "ignored"), called(found, "closest_hit")) == ([1], [0])
 
 
 def test_the_table_repeats_the_hit_groups_of_the_program():
@@ -385,6 +400,23 @@ def test_at_the_declared_depth_another_ray_is_an_error():
         shown(stack(3.0), recursive(32))
     with pytest.raises(InputError, match="from 1 to 31"):
         program(depth=32)
+
+
+def test_a_shader_may_trace_any_number_of_rays_below_the_declared_depth():
+    def ray_generation(scene, launch, output):
+        ray = RayDesc()
+        ray.origin, ray.direction = launch.camera_position, launch.camera_direction
+        total = 0.0
+        for number in range(5):
+            ray.t_max = 1e30
+            ray.t_min = 1.0 * number
+            payload = Payload()
+            trace_ray(scene, 0, 0xFF, 0, 1, 0, ray, payload)
+            total += payload.value[0]
+        output.color = (total, 0.0, 0.0, 1.0)
+
+    made = Program(ray_generation, [HitGroup(closest_hit=closest_hit)], [miss])
+    assert shown(stack(3.0), made)[0] == 5.0 * 7.0
 
 
 def test_a_miss_shader_may_trace_rays():
@@ -455,6 +487,17 @@ def test_any_hit_is_asked_for_hits_of_procedural_primitives_too():
 
     group = HitGroup(closest_hit=closest_of_box, any_hit=ignore_first, intersection=report_two)
     assert shown(boxes(3.0), program(group))[0] == 7.2
+
+
+def test_hits_of_one_primitive_are_no_matter_of_the_one_before():
+    def report_entry(ray, attributes: Normal):
+        report_hit(ray, ray.world_origin[2] - ray.box[5], 0, attributes)
+
+    def ignore_first(payload: Payload, attributes: Normal, ray):
+        return IGNORE_HIT if ray.primitive_index == 0 else ACCEPT_HIT
+
+    group = HitGroup(closest_of_box, ignore_first, report_entry)
+    assert shown(boxes(3.0, 1.0), program(group), structure="naive")[0] == 8.5
 
 
 # --------------------------------------------------------------------------------- system values
