@@ -41,7 +41,8 @@ class InstanceSettings:
     )
     front_ccw: bool = setting(
         False, "Front Counterclockwise",
-        "Triangles whose corners run counterclockwise are seen from the front",
+        "Triangles are seen from the front where corners run counterclockwise in DXR's space; that "
+        "is left-handed: here, from what is otherwise their back",
     )  # fmt: skip
     force_opaque: bool = setting(
         False, "Force Opaque", "No any hit shader is called, whatever the geometry says"

@@ -126,7 +126,9 @@ def test_tour(extension_zip: Path) -> None:
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("script", ["tour_large", "tour_lessons", "tour_state", "cycles", "solids"])
+@pytest.mark.parametrize(
+    "script", ["tour_large", "tour_lessons", "tour_state", "cycles", "solids", "pipeline"]
+)
 def test_every_step_passes(extension_zip: Path, script: str) -> None:
     walk_through(script, extension_zip)
 
