@@ -33,6 +33,7 @@ from ...contract.events import (
     VISIT_EMPTY,
     VISIT_LEAF,
     VOLUME_TEST,
+    no_log,
     note,
 )
 from ...contract.figures import (
@@ -54,9 +55,9 @@ from ...contract.structure import arrays_in
 from ...contract.walk import MISSING, Found, missing, walk
 from ...geometry.box import span_box
 from ...geometry.cones import ConeArrays
-from ...geometry.rays import ALL, ANY, RayArrays
+from ...geometry.rays import ALL, ANY, RayArrays, Rays, make_probe
 from ...geometry.shapes import shapes_of
-from ...kernels import implements, whole
+from ...kernels import call, implements, kernel, whole
 from ...progress import SILENT, Progress
 from ...scene import Scene
 from ...settings import setting
@@ -184,6 +185,18 @@ def walk_cells(structure, geometry, ray, number, workspace, log):
     return Found(best.t, best.primitive, (steps + 1, 1, empty, best.tests, 1, 0))
 
 
+@kernel
+def find_cells(structure, reach, rays, log, cells):
+    """Write the cell of every ray."""
+    for i in range(len(cells)):
+        ray = make_probe(rays, i, reach)
+        enter, leave = span_box(structure.box, 0, ray, np.inf)
+        cell = whole(NONE)
+        if enter <= leave:
+            cell, _ = find_cell(structure, ray, enter, log)
+        cells[i] = cell
+
+
 class Finished(Progress):
     """Tells how many rays have their hits, while those that wait are traced again and again."""
 
@@ -307,6 +320,12 @@ class RayClassification(MadeByRays):
             if int(self.used[1]) > most:
                 making.arrays, count = without_old(making.arrays, self.used, most)
                 self.dropped += count
+
+    def cells_of(self, rays: Rays) -> np.ndarray:
+        """Return the cell of each ray, (n,) int64; NONE for those that miss the scene's box."""
+        cells = np.empty(len(rays), np.int64)
+        call(find_cells, self.arrays, self.geometry.reach, rays.arrays(), no_log(), cells)
+        return cells
 
     def memory(self) -> int:
         """Return the bytes of the cells and their lists, and of what is kept for making more."""
