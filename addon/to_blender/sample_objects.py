@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import bpy
@@ -10,6 +10,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ...core.geometry.csg.trees import Csg
+from ...core.geometry.instances import Instanced
 from ...core.geometry.solids.mixed import Mixed
 from ...core.scene import POINT, Camera, Scene
 from ..from_blender import extraction
@@ -57,12 +58,19 @@ def add_scene(
             layer.objects.active = obj
         _add_camera_and_lights(owner, collection, scene, label)
         return collection
+    materials = [blender_material(each) for each in scene.materials if has_materials]
+    if isinstance(scene.geometry, Instanced):
+        for obj in _instances(scene, materials):
+            collection.objects.link(obj)
+            obj.select_set(True, view_layer=layer)
+            layer.objects.active = obj
+        _add_camera_and_lights(owner, collection, scene, label)
+        return collection
     if isinstance(scene.geometry, Mixed):
         triangles, owners = tessellated(scene.geometry)
         object_ids = scene.object_ids[owners]
     else:
         triangles, object_ids = scene.triangles, scene.object_ids
-    materials = [blender_material(each) for each in scene.materials if has_materials]
     # An object of a sample is of one material.
     of_objects = np.zeros(len(scene.object_names), dtype=np.int64)
     of_objects[scene.object_ids] = scene.materials_of(np.arange(len(scene)))
@@ -79,6 +87,36 @@ def add_scene(
         layer.objects.active = obj
     _add_camera_and_lights(owner, collection, scene, label)
     return collection
+
+
+def _instances(scene: Scene, materials: Sequence[bpy.types.Material]) -> Iterator[bpy.types.Object]:
+    """Yield an object for each instance; those of one mesh share it, and so its materials.
+
+    An instance that holds several objects, which stand in world space, is one.
+    """
+    geometry = scene.geometry
+    names = [f"{scene.name} mesh {number}" for number in range(len(geometry.meshes))]
+    meshes = [
+        mesh_of(mesh.corners, name) for mesh, name in zip(geometry.meshes, names, strict=True)
+    ]
+    dressed: set[int] = set()
+    for number, which in enumerate(geometry.which.tolist()):
+        mesh, first = meshes[which], int(geometry.first[number])
+        obj = bpy.data.objects.new(scene.object_of(first)[0], mesh)
+        obj.matrix_world = Matrix([*geometry.matrices[number].tolist(), [0.0, 0.0, 0.0, 1.0]])
+        primitives = np.arange(first, int(geometry.first[number + 1]))
+        made_of = scene.materials_of(primitives)
+        if materials and which not in dressed:
+            dressed.add(which)
+            own, slots = np.unique(made_of, return_inverse=True)
+            for each in own:
+                mesh.materials.append(materials[each])
+            mesh.polygons.foreach_set("material_index", slots.astype(np.int32))
+        elif len(mesh.materials) == 1 and mesh.materials[0] != materials[made_of[0]]:
+            # Another one than the mesh has: the object's own.
+            obj.material_slots[0].link = "OBJECT"
+            obj.material_slots[0].material = materials[made_of[0]]
+        yield obj
 
 
 def _add_camera_and_lights(

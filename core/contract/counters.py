@@ -14,7 +14,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .events import JUMP, MAILBOX, POSTPONE, TEST, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF, VOLUME_TEST
+from .events import (
+    ENTER,
+    IN_VAIN,
+    JUMP,
+    MAILBOX,
+    MASKED,
+    POSTPONE,
+    TEST,
+    VISIT_EMPTY,
+    VISIT_INNER,
+    VISIT_LEAF,
+    VOLUME_TEST,
+)
 
 
 class Counter(NamedTuple):
@@ -72,9 +84,45 @@ CELLS_SKIPPED = Counter(
 )  # fmt: skip
 
 
-def counters_within(levels: int) -> tuple[Counter, ...]:
-    """Return what is counted in so many levels of instances, one level after the other."""
-    return tuple(
+ENTERED = Counter(
+    "instances_entered", "Instances entered", "instances whose boxes were met, and entered",
+    (ENTER,), column="entered",
+)  # fmt: skip
+ENTERED_IN_VAIN = Counter(
+    "entered_in_vain", "Entered in vain", "those among them in which nothing of use was hit",
+    (IN_VAIN,), column="in vain",
+)  # fmt: skip
+MASKED_OUT = Counter(
+    "masked_out", "Masked out", "instances passed by, for the ray's mask has no bit of theirs",
+    (MASKED,),
+)  # fmt: skip
+OF_HIERARCHY = N_TS, N_ETS, N_IT, VOLUME_TESTS
+
+
+def counters_within(
+    levels: int, at_bottom: tuple[Counter, ...] = OF_HIERARCHY
+) -> tuple[Counter, ...]:
+    """Return what is counted of so many levels of instances, and in each of them.
+
+    Parameters
+    ----------
+    at_bottom : tuple of Counter
+        What is counted in the last level; all others are hierarchies.
+    """
+    of_instances = tuple(
+        counter._replace(
+            name=f"{counter.name}_{level}",
+            label=f"{counter.label}, level {level}",
+            meaning=f"{counter.meaning}, of those {level + 1} deep",
+            level=level,
+            column="",
+        )
+        if level
+        else counter
+        for level in range(levels)
+        for counter in (ENTERED, ENTERED_IN_VAIN, MASKED_OUT)
+    )
+    return of_instances + tuple(
         counter._replace(
             name=f"{counter.name}_{level}",
             label=f"{counter.label}, level {level}",
@@ -83,7 +131,7 @@ def counters_within(levels: int) -> tuple[Counter, ...]:
             column=f"{counter.column}_{level}" if counter.column else "",
         )
         for level in range(1, levels + 1)
-        for counter in (N_TS, N_ETS, N_IT, VOLUME_TESTS)
+        for counter in (at_bottom if level == levels else OF_HIERARCHY)
     )
 
 

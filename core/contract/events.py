@@ -42,6 +42,12 @@ OVERLOOK = whole(12)
 """The ray is blocked by an item that was not drawn into its cell."""
 STRANGER = whole(13)
 """The structure knows nothing of such a ray: all items are tested."""
+ENTER = whole(15)
+"""The ray is moved into the space of an instance, whose box it has met; a walk there follows."""
+IN_VAIN = whole(16)
+"""That walk has come back without a hit."""
+MASKED = whole(17)
+"""An instance is passed by: its mask has no bit in common with the ray's."""
 
 WITHIN = whole(14)
 """The line of the ray is inside of a node of a CSG tree, from the surface `primitive` on."""
@@ -51,14 +57,20 @@ NONE = whole(-1)
 
 KIND_NAMES = (
     "visit inner", "visit leaf", "visit empty", "volume test", "test", "mailbox", "hit",
-    "postpone", "skip", "jump", "cover", "recall", "overlook", "stranger",
-    "within",
+    "postpone", "skip", "jump", "cover", "recall", "overlook", "stranger", "within", "enter",
+    "in vain", "masked",
 )  # fmt: skip
 
 # Places in `Log.written`.
 N_EVENTS, LEVEL_NOW, COUNTS = range(3)
+ENTERED_NOW, IN_VAIN_NOW, MASKED_NOW = range(3)
+COUNTS_OF_INSTANCES = 3
+"""What is counted of the instances that a level is made of."""
 COUNTS_OF_LEVEL = 4
-"""What is counted of a level: what the walk of a hierarchy counts."""
+"""What is counted of a level within: what the walk of a hierarchy counts."""
+MOST_COUNTS = 12
+"""What may be counted in the last one, which need be no hierarchy."""
+WRITTEN = COUNTS + MOST_LEVELS * (COUNTS_OF_INSTANCES + COUNTS_OF_LEVEL) + MOST_COUNTS
 
 # Columns of the log.
 KIND, CELL, PRIMITIVE, T_ENTER, T_EXIT, LEVEL = range(6)
@@ -70,10 +82,11 @@ class Log(NamedTuple):
     Attributes
     ----------
     rows : (capacity, 6) float64
-    written : (COUNTS + MOST_LEVELS * COUNTS_OF_LEVEL,) int64
+    written : (WRITTEN,) int64
         How many events there were (N_EVENTS), and the level that cells are of now (LEVEL_NOW): 0
         but in a structure within another, whose cells have numbers of their own. From COUNTS on,
-        what has been counted in each level below, for the ray that is traced.
+        for the ray that is traced, what has been counted of the instances of each level, then what
+        the walks in each level below have counted.
     """
 
     rows: np.ndarray
@@ -88,7 +101,7 @@ class NoLog(NamedTuple):
 
     Attributes
     ----------
-    written : (COUNTS + MOST_LEVELS * COUNTS_OF_LEVEL,) int64
+    written : (WRITTEN,) int64
         As that of a :class:`Log`.
     """
 
@@ -97,7 +110,7 @@ class NoLog(NamedTuple):
 
 def make_log(capacity: int) -> Log:
     """Return an empty log."""
-    return Log(np.zeros((capacity, 6)), np.zeros(COUNTS + MOST_LEVELS * COUNTS_OF_LEVEL, np.int64))
+    return Log(np.zeros((capacity, 6)), np.zeros(WRITTEN, np.int64))
 
 
 def no_log() -> NoLog:

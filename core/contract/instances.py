@@ -29,7 +29,20 @@ from ..geometry.solids.mixed import Mixed
 from ..geometry.triangle import NO_HIT
 from ..geometry.triangles import Triangles
 from ..kernels import dispatched, implements, inner, whole
-from .events import COUNTS, COUNTS_OF_LEVEL, LEVEL_NOW
+from .events import (
+    COUNTS,
+    COUNTS_OF_INSTANCES,
+    COUNTS_OF_LEVEL,
+    ENTER,
+    ENTERED_NOW,
+    IN_VAIN,
+    IN_VAIN_NOW,
+    LEVEL_NOW,
+    MASKED,
+    MASKED_NOW,
+    NONE,
+    note,
+)
 from .walk import walk
 from .workspace import part_below
 
@@ -44,7 +57,7 @@ class Instances(NamedTuple):
     ----------
     ids : (n,) int32
     reach : (3,) float64
-    boxes : (n, 6) float64
+    boxes : (n, 6) float32, or float64 where that does not hold such numbers
     to_object : (n, 3, 4) float64
         From the instance's space to the mesh's.
     mesh : (n,) int32
@@ -115,8 +128,8 @@ def instances_of_mesh(items, reach):
 
 
 @inner
-def moved_ray(to_object, ray, reach):
-    """Return a ray in the space that a matrix, (3, 4), leads to; its t stay what they are."""
+def moved_ray(to_object, ray, reach, end):
+    """Return a ray in the space that a matrix, (3, 4), leads to; its t stay, and it has an end."""
     m = to_object
     ox = m[0, 0] * ray.ox + m[0, 1] * ray.oy + m[0, 2] * ray.oz + m[0, 3]
     oy = m[1, 0] * ray.ox + m[1, 1] * ray.oy + m[1, 2] * ray.oz + m[1, 3]
@@ -126,7 +139,7 @@ def moved_ray(to_object, ray, reach):
     dy = m[1, 0] * ray.dx + m[1, 1] * ray.dy + m[1, 2] * ray.dz + 0.0
     dz = m[2, 0] * ray.dx + m[2, 1] * ray.dy + m[2, 2] * ray.dz + 0.0
     return ray_along(
-        ox, oy, oz, dx, dy, dz, 1.0 / dx, 1.0 / dy, 1.0 / dz, reach, ray.t_min, ray.t_max,
+        ox, oy, oz, dx, dy, dz, 1.0 / dx, 1.0 / dy, 1.0 / dz, reach, ray.t_min, end,
         ray.query, ray.time, ray.mask, ray.target,
     )  # fmt: skip
 
@@ -138,24 +151,55 @@ def intersect_instance(geometry, index, ray, limit, number, workspace, log):
     Of what is hit within, t is moved into the interval of the instance's own box, as that of a
     triangle is into its: so no structure around loses it to rounding.
     """
+    mesh = whole(geometry.mesh[index])
+    root = whole(geometry.roots[mesh]) if mesh >= 0 else NOWHERE
+    return enter_instance(geometry, index, root, ray, limit, workspace, log)
+
+
+@dispatched
+def enter_instance(geometry, index, root, ray, limit, workspace, log):
+    """Test an instance's mask and box, move the ray into its mesh's space, and walk from a root.
+
+    What lies beyond `limit` is not looked for, if the ray is still in the instance's box there: for
+    t of what is found before is moved at most to the border of that box.
+    """
+    raise TypeError(f"no instances in {type(geometry).__name__}")
+
+
+@implements(enter_instance, Instances)
+def walk_within(geometry, index, root, ray, limit, workspace, log):
+    """Walk within the mesh, and count."""
     first, mesh = geometry.first[index], whole(geometry.mesh[index])
-    if mesh < 0 or (geometry.masks[index] & ray.mask) == 0:
+    if mesh < 0:
+        return NO_HIT, first
+    level = log.written[LEVEL_NOW]
+    column = COUNTS + COUNTS_OF_INSTANCES * level
+    if (geometry.masks[index] & ray.mask) == 0:
+        log.written[column + MASKED_NOW] += 1
+        note(log, MASKED, NONE, geometry.ids[index], ray.t_min, ray.t_max)
         return NO_HIT, first
     enter, leave = span_box(geometry.boxes, index, ray, np.inf)
     if enter > leave or enter > limit:
         return NO_HIT, first
+    log.written[column + ENTERED_NOW] += 1
+    note(log, ENTER, NONE, geometry.ids[index], enter, leave)
     reach = geometry.reaches[mesh]
-    within = moved_ray(geometry.to_object[index], ray, reach)
-    tree = rooted(geometry.forest, whole(geometry.roots[mesh]))
+    end = limit if limit < leave else ray.t_max
+    within = moved_ray(geometry.to_object[index], ray, reach, end)
+    tree = rooted(geometry.forest, root)
     items = of_mesh(geometry.items, reach)
-    column = COUNTS + COUNTS_OF_LEVEL * log.written[LEVEL_NOW]
+    workspace.mailbox[-1] += 1
+    number = workspace.mailbox[-1]
     log.written[LEVEL_NOW] += 1
     found = walk(tree, items, within, number, part_below(workspace, geometry.levels), log)
     log.written[LEVEL_NOW] -= 1
+    counts = COUNTS + COUNTS_OF_INSTANCES * (level + geometry.levels) + COUNTS_OF_LEVEL * level
     for count in range(len(found.counts)):
-        log.written[column + count] += found.counts[count]
+        log.written[counts + count] += found.counts[count]
     t = found.t
     if t == NO_HIT:
+        log.written[column + IN_VAIN_NOW] += 1
+        note(log, IN_VAIN, NONE, geometry.ids[index], enter, leave)
         return NO_HIT, first
     t = enter if enter > t else t
     t = leave if leave < t else t
@@ -175,12 +219,12 @@ def clip_instance(geometry, index, cell, box, polygon):
 
 @boxes_around.register
 def _(geometry: Instances) -> np.ndarray:
-    return geometry.boxes.copy()
+    return geometry.boxes.astype(np.float64)
 
 
 @hulls_of.register
 def _(geometry: Instances) -> tuple[np.ndarray, np.ndarray]:
-    return hulls_of_boxes(geometry.boxes)
+    return hulls_of_boxes(geometry.boxes.astype(np.float64))
 
 
 @in_order.register

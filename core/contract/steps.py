@@ -18,7 +18,7 @@ class Steps:
     Attributes
     ----------
     kind : (n,) int32
-        One of VISIT_INNER ... STRANGER.
+        One of VISIT_INNER ... MASKED.
     cell : (n,) int32
         Cell or node number, as in :class:`.structure.Cells`; -1 where there is none.
     primitive : (n,) int32

@@ -8,7 +8,7 @@ stand in as many places as the mesh does, so a mesh is seen in its first place o
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -88,16 +88,45 @@ def within_of(steps: Steps, events: np.ndarray, levels: int) -> np.ndarray:
     return events
 
 
+def instances_in(geometry: Any) -> Instances | None:
+    """Return the instances that a geometry is, or refers to; None where there are none."""
+    return geometry if isinstance(geometry, Instances) else getattr(geometry, "instances", None)
+
+
 def space_of(structure: Structure, chain: np.ndarray) -> Space:
     """Return the space that instances within instances, (levels,), lead into; -1 for none."""
     matrix, geometry, boxes = HERE, structure.scene.geometry, None
     kernels: Any = None
     for number in chain[chain >= 0].tolist():
-        kernels = structure.geometry if kernels is None else kernels.items
+        kernels = instances_in(structure.geometry) if kernels is None else kernels.items
         matrix = through(matrix, geometry.matrices[number])
         geometry = geometry.meshes[geometry.which[number]]
-        boxes = kernels.forest.volumes.boxes()
+        if hasattr(kernels.forest, "volumes"):
+            boxes = kernels.forest.volumes.boxes()
+        else:
+            boxes = _boxes_by_number(_cells_of(structure, geometry))
     return Space(matrix, geometry, boxes)
+
+
+@runtime_checkable
+class Levelled(Protocol):
+    """Knows the structures of meshes, where these are no binary trees in a forest."""
+
+    def bottom_of(self, mesh: Any) -> Structure:
+        """Return the structure of a mesh at the bottom."""
+
+
+def _cells_of(structure: Structure, mesh: Any) -> Cells:
+    """Return the cells of the structure of a mesh."""
+    assert isinstance(structure, Levelled)
+    return structure.bottom_of(mesh).cells()
+
+
+def _boxes_by_number(cells: Cells) -> np.ndarray:
+    """Return the boxes of cells, each at its number."""
+    boxes = np.zeros((int(cells.numbers.max(initial=-1)) + 1, 6))
+    boxes[cells.numbers] = cells.boxes
+    return boxes
 
 
 # --------------------------------------------------------------------------------- all there is
@@ -141,18 +170,20 @@ def cells_with_instances(structure: Structure, progress: Progress = SILENT) -> C
         From `progress`.
     """
     cells = structure.cells(progress)
-    if not isinstance(structure.geometry, Instances) or cells.space != OBJECT:
+    instances = instances_in(structure.geometry)
+    if instances is None or cells.space != OBJECT:
         return cells
     progress.report(0, 1, "Looking into instances")
     deepest = int(cells.depth.max(initial=0))
-    rows, left_out = _rows_within(structure.scene.geometry, structure.geometry, deepest + 1)
+    rows, left_out = _rows_within(structure, instances, deepest + 1)
     return _appended(cells, rows, left_out)
 
 
 def _rows_within(
-    geometry: Instanced, kernels: Instances, depth: int
+    structure: Structure, kernels: Instances, depth: int
 ) -> tuple[_Rows, tuple[str, ...]]:
     """Return what lies within instances, level by level, and what is left out of it."""
+    geometry = structure.scene.geometry
     parts: list[_Rows] = []
     boxes_there, nodes_there, count, nodes_room = 0, 0, 0, MOST_NODES
     boxes_room = MOST_BOXES
@@ -188,7 +219,11 @@ def _rows_within(
                 parents.append(int(rows_of[first]))
         parts.append(_boxes_of_instances(boxes, depth, level))
         level += 1
-        nodes, total = _nodes(kernels, below, parents, depth + 1, level, count, nodes_room)
+        taken = below, parents, depth + 1, level, count, nodes_room
+        if hasattr(kernels.forest, "volumes") and not hasattr(kernels.forest, "width"):
+            nodes, total = _nodes(kernels, *taken)
+        else:
+            nodes, total = _cells_of_meshes(structure, *taken)
         parts.append(nodes)
         nodes_there += total
         nodes_room -= len(nodes.depth)
@@ -266,11 +301,7 @@ def _nodes(
         nodes[1::2] += 1
         whose, above = np.repeat(whose[inner], 2), np.repeat(rows[inner], 2)
     if not found:
-        nothing = np.zeros(0, dtype=np.int64)
-        is_none = nothing > 0
-        return _Rows(
-            np.zeros((0, 8, 3)), nothing, nothing, nothing, nothing, is_none, is_none, nothing
-        ), total
+        return _no_rows(), total
     nodes, whose, above, depths = (np.concatenate(each) for each in zip(*found, strict=True))
     matrices = np.zeros((len(meshes), 3, 4))
     for number in seen:
@@ -283,6 +314,46 @@ def _nodes(
         corners, depths, size[nodes].astype(np.int64), above, owners[whose], is_leaf,
         np.zeros(len(nodes), dtype=bool), np.full(len(nodes), level),
     ), total  # fmt: skip
+
+
+def _cells_of_meshes(
+    structure: Structure,
+    meshes: list[tuple[Any, np.ndarray | None, int]],
+    parents: list[int],
+    depth: int,
+    level: int,
+    begin: int,
+    most: int,
+) -> tuple[_Rows, int]:
+    """Return the same as :func:`_nodes` of structures that are no binary trees."""
+    parts: list[_Rows] = []
+    total = 0
+    for (mesh, place, owner), above in zip(meshes, parents, strict=True):
+        if place is None:
+            continue
+        cells = _cells_of(structure, mesh)
+        total += len(cells)
+        few = min(len(cells), max(most, 0))  # they are in the order of their depths
+        row_of = np.full(int(cells.numbers.max(initial=-1)) + 2, above)
+        row_of[cells.numbers[:few]] = begin + np.arange(few)
+        whole = np.ones(few, dtype=np.int64)
+        parts.append(
+            _Rows(
+                moved_points(corners_of(cells.boxes[:few]), place), depth + cells.depth[:few],
+                cells.count[:few].astype(np.int64), row_of[cells.parents[:few]], owner * whole,
+                cells.is_leaf[:few], whole < 0, level * whole,
+            )
+        )  # fmt: skip
+        begin, most = begin + few, most - few
+    if not parts:
+        return _no_rows(), total
+    return _Rows(*(np.concatenate(columns) for columns in zip(*parts, strict=True))), total
+
+
+def _no_rows() -> _Rows:
+    nothing = np.zeros(0, dtype=np.int64)
+    is_none = nothing > 0
+    return _Rows(np.zeros((0, 8, 3)), nothing, nothing, nothing, nothing, is_none, is_none, nothing)
 
 
 def _appended(cells: Cells, rows: _Rows, left_out: tuple[str, ...]) -> Cells:

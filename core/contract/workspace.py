@@ -15,6 +15,9 @@ STACK_SIZE = 128
 MAXIMUM_DEPTH = 96
 """Depth at which every hierarchy stops splitting, whatever its settings."""
 
+STACK_WITHIN = 8 * MAXIMUM_DEPTH
+"""Cells that a walk within an instance can remember: a wide hierarchy puts seven aside a level."""
+
 
 class Workspace(NamedTuple):
     """Scratch memory of one thread; what a structure has no use for has a single row.
@@ -37,8 +40,9 @@ class Workspace(NamedTuple):
         What a walk of these keeps beside the stack: marching, the nodes from the root to the
         current one by depth, each with its cell; else the entries of a heap, or the segments of a
         ray.
-    mailbox : (n,) int32
-        Number of the last ray that met each primitive.
+    mailbox : (n + 1,) int32
+        Number of the last ray that met each primitive; in the end, how many walks within instances
+        there have been, each of which is another ray to a mailbox.
     """
 
     cells: np.ndarray
@@ -54,8 +58,8 @@ def deepened(workspace: Workspace, levels: int) -> Workspace:
     if not levels:
         return workspace
     return workspace._replace(
-        cells=np.empty(len(workspace.cells) + levels * STACK_SIZE, np.int32),
-        enters=np.empty(len(workspace.enters) + levels * STACK_SIZE),
+        cells=np.empty(len(workspace.cells) + levels * STACK_WITHIN, np.int32),
+        enters=np.empty(len(workspace.enters) + levels * STACK_WITHIN),
         frame=np.zeros((len(workspace.frame) + levels * MOST_STRIPS, 5)),
     )
 
@@ -70,7 +74,7 @@ def part_below(workspace, levels):
 def last_part(workspace, levels):
     """Return the last rows: the first ones are in use by the walks around."""
     return Workspace(
-        workspace.cells[-levels * STACK_SIZE :], workspace.enters[-levels * STACK_SIZE :],
+        workspace.cells[-levels * STACK_WITHIN :], workspace.enters[-levels * STACK_WITHIN :],
         workspace.frame[-levels * MOST_STRIPS :], workspace.stack, workspace.rows,
         workspace.mailbox,
     )  # fmt: skip
@@ -80,5 +84,5 @@ def make_workspace(*, cells: int = 1, stack: int = 1, rows: int = 1, mailbox: in
     """Return scratch memory for one thread, with so many rows of each."""
     return Workspace(
         np.empty(cells, np.int32), np.empty(cells), np.zeros((MOST_STRIPS, 5)),
-        np.zeros((stack, 4)), np.zeros((rows, 7)), np.full(mailbox, -1, np.int32),
+        np.zeros((stack, 4)), np.zeros((rows, 7)), np.full(mailbox + 1, -1, np.int32),
     )  # fmt: skip

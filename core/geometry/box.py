@@ -135,26 +135,27 @@ class Boxes(NamedTuple):
 
     Attributes
     ----------
-    rows : (n, 6) float64
+    rows : (n, 6) float64, or float32 where nothing is lost
     """
 
     rows: np.ndarray
 
     def areas(self, progress: Progress = SILENT) -> np.ndarray:
         """Return the surface areas, (n,)."""
-        return surface_area(self.rows)
+        return surface_area(self.boxes())
 
     def contents(self) -> np.ndarray:
         """Return the volumes, (n,)."""
-        return (self.rows[:, 3:] - self.rows[:, :3]).prod(axis=1)
+        rows = self.boxes()
+        return (rows[:, 3:] - rows[:, :3]).prod(axis=1)
 
     def boxes(self) -> np.ndarray:
         """Return the axis-aligned boxes around them, (n, 6)."""
-        return self.rows
+        return self.rows.astype(np.float64, copy=False)
 
     def polygons(self, numbers: np.ndarray, progress: Progress = SILENT) -> Polygons:
         """Return the six sides of some boxes; the owner of a side is its place in `numbers`."""
-        return sides_of(corners_of(self.rows[numbers]))
+        return sides_of(corners_of(self.boxes()[numbers]))
 
     def half_spaces(self, numbers: np.ndarray) -> np.ndarray:
         """Return some boxes as half-spaces ``n . p <= h``: (k, 6, 4), each [nx, ny, nz, h]."""

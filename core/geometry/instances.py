@@ -19,8 +19,13 @@ from .geometry import EVERY_OBJECT, boxes_around, hulls_of, lines_of, moved_by, 
 from .instance_settings import MASK_BITS, NUMBER_BITS
 from .triangles import Triangles, reach_of
 
-PADDING = 8 * np.finfo(np.float64).eps
-"""By how much of its largest coordinate a world box is enlarged: nine roundings make a corner."""
+PADDING = float(np.finfo(np.float32).eps)
+"""By how much of the largest coordinate that made it a world box is enlarged. Nine roundings make a
+corner, and a ray is rounded on its way into a mesh by the more, the farther it comes from: up to
+some million sizes away, what it hits lies in the box all the same."""
+
+SMALLEST_SINGLE, LARGEST_SINGLE = 1e-25, 1e30
+"""Sizes in between can be told in float32 as exactly as any."""
 
 MOST_LEVELS = 3
 """How deep instances may lie within each other."""
@@ -117,7 +122,8 @@ def instanced(
     if levels_of_mesh(meshes[0]) >= MOST_LEVELS:
         raise InputError(f"instances may lie within each other {MOST_LEVELS} deep, not deeper")
     local = np.array([box_of(mesh) for mesh in meshes])
-    boxes = moved_boxes(local[which], matrices)
+    # As the kernels have them, so that what is put around them holds these, too.
+    boxes = as_single(moved_boxes(local[which], matrices)).astype(np.float64)
     counts = np.array([primitives_in(mesh) for mesh in meshes], dtype=np.int64)
     first = np.concatenate([[0], np.cumsum(counts[which])])
     return Instanced(
@@ -151,10 +157,30 @@ def moved_boxes(boxes: np.ndarray, matrices: np.ndarray) -> np.ndarray:
     """Return boxes, (n, 6), around boxes that are seen through matrices, (n, 3, 4)."""
     corners = np.einsum("nij,nkj->nki", matrices[:, :, :3], corners_of(boxes))
     corners += matrices[:, None, :, 3]
+    padding = padding_of(boxes, matrices)[:, None]
+    return np.concatenate([corners.min(axis=1) - padding, corners.max(axis=1) + padding], axis=1)
+
+
+def padding_of(boxes: np.ndarray, matrices: np.ndarray) -> np.ndarray:
+    """Return by how much such boxes are enlarged, (n,)."""
     # What the sums were made of may be larger than what they are.
     largest = np.abs(matrices[:, :, :3]) @ np.abs(boxes).reshape(-1, 2, 3).max(axis=1)[:, :, None]
-    padding = PADDING * (largest[:, :, 0] + np.abs(matrices[:, :, 3]))
-    return np.concatenate([corners.min(axis=1) - padding, corners.max(axis=1) + padding], axis=1)
+    return PADDING * (largest[:, :, 0] + np.abs(matrices[:, :, 3])).max(axis=1)
+
+
+def as_single(boxes: np.ndarray) -> np.ndarray:
+    """Return boxes, (n, 6), as float32, rounded outward; as they are if that holds no such numbers.
+
+    A walk reads half as much, and an instance is smaller by 24 bytes.
+    """
+    largest = np.abs(boxes).max(initial=0.0)
+    if not SMALLEST_SINGLE < largest < LARGEST_SINGLE:
+        return boxes
+    single = boxes.astype(np.float32)
+    low, high = single[:, :3], single[:, 3:]
+    low[low > boxes[:, :3]] = np.nextafter(low, np.float32(-np.inf))[low > boxes[:, :3]]
+    high[high < boxes[:, 3:]] = np.nextafter(high, np.float32(np.inf))[high < boxes[:, 3:]]
+    return single
 
 
 def primitives_in(geometry: Any) -> int:

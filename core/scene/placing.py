@@ -18,6 +18,7 @@ import numpy as np
 from ..geometry.csg.description import ClosedMesh, Node, is_tree, leaves_of, moved_node
 from ..geometry.csg.making import Described
 from ..geometry.csg.trees import Csg
+from ..geometry.geometry import in_order
 from ..geometry.instance_settings import PLAIN, InstanceSettings, checked
 from ..geometry.instances import Instanced, instanced, inverted, mirrors, moved_points
 from ..geometry.solids.description import Item, moved_item
@@ -30,6 +31,9 @@ from . import LARGEST, Scene, has_area, is_computable
 from .material import MATT, Material
 
 KEEP, OBJECTS, FLATTEN = "keep", "objects", "flatten"
+
+MOST_OBJECTS = 4096
+"""Of a scene of triangles, that become instances: each of them costs a build of its own."""
 
 BYTES_PER_TRIANGLE = 300  # at the peak of making a scene of them
 
@@ -213,6 +217,33 @@ def scene_of(
         progress=progress,
     )  # fmt: skip
     return _surfaced(scene, objects, counts, np.ones(len(objects), bool))
+
+
+def by_objects(scene: Scene) -> Scene:
+    """Return a scene whose objects are instances, each in one place.
+
+    One that holds instances is returned as it is. Primitives keep their numbers: every run of those
+    of one object is an instance. Of more than MOST_OBJECTS runs all are one.
+    """
+    if isinstance(scene.geometry, Instanced):
+        return scene
+    begins = np.append(0, 1 + np.flatnonzero(np.diff(scene.object_ids)))
+    if len(begins) > MOST_OBJECTS:
+        begins = begins[:1]
+    ends = np.append(begins[1:], len(scene))
+    meshes = [
+        # As far as all of it, so that rays have the same slack, and hits the same bits.
+        in_order(scene.geometry, np.arange(begin, end))._replace(
+            ids=np.arange(end - begin, dtype=np.int32), reach=scene.geometry.reach
+        )
+        for begin, end in zip(begins, ends, strict=True)
+    ]
+    places = np.tile(np.eye(3, 4), (len(meshes), 1, 1))
+    geometry = instanced(meshes, np.arange(len(meshes)), places)
+    return dataclasses.replace(
+        scene, geometry=geometry, primitive_ids=geometry.ids, object_ids=scene.object_ids[begins],
+        lower=geometry.boxes[:, :3].min(axis=0), upper=geometry.boxes[:, 3:].max(axis=0),
+    )  # fmt: skip
 
 
 def _in_world(mesh: Mesh, matrix: np.ndarray) -> np.ndarray:

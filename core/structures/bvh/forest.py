@@ -9,7 +9,7 @@ trees of all meshes lie in one set of arrays, each with its root, and so do thei
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from ...geometry.box import Boxes
 from ...geometry.csg.trees import Csg
 from ...geometry.csg.volumes import margin_of
 from ...geometry.geometry import in_order, joined
-from ...geometry.instances import Instanced, inverted, levels_of_mesh
+from ...geometry.instances import Instanced, as_single, inverted, levels_of_mesh
 from ...geometry.triangles import Triangles
 from ...progress import SILENT, Progress
 from .grouping import group
@@ -28,28 +28,36 @@ from .settings import BVHSettings
 from .topology.tree import Tree
 from .walks.binary_walk import Binary
 
+Forest = tuple[Any, np.ndarray, Any]
+"""The structures of meshes in one record, where each begins, (m,) int32, and all their items."""
+
+Bottom = Callable[[Sequence[Any], Progress], Forest]
+
 
 def instances_of(
     geometry: Instanced,
     settings: Any,
     progress: Progress = SILENT,
+    bottom: Bottom | None = None,
 ) -> Instances:
     """Return instances as kernels see them, with a hierarchy for each mesh.
 
     Parameters
     ----------
     settings : BVHSettings
-        How the meshes' triangles are grouped. Their trees are binary, their volumes boxes.
+        How what meshes are made of is grouped. Their trees are binary, their volumes boxes.
+    bottom : callable, optional
+        Makes a forest of the meshes at the bottom, which are made of no instances, in another way.
 
     Raises
     ------
     Cancelled
         From `progress`.
     """
-    forest, roots, items = forest_of(geometry.meshes, settings, progress)
+    forest, roots, items = forest_of(geometry.meshes, settings, progress, bottom)
     to_object, is_singular = inverted(geometry.matrices)
     return Instances(
-        geometry.ids, geometry.reach, geometry.boxes, to_object,
+        geometry.ids, geometry.reach, as_single(geometry.boxes), to_object,
         np.where(is_singular, NOWHERE, geometry.which).astype(np.int32), geometry.masks,
         geometry.first[:-1].copy(), forest, roots, items,
         np.array([mesh.reach for mesh in geometry.meshes]), levels_of_mesh(geometry),
@@ -57,16 +65,18 @@ def instances_of(
 
 
 def forest_of(
-    meshes: Sequence[Any], settings: Any, progress: Progress
-) -> tuple[Binary, np.ndarray, Any]:
+    meshes: Sequence[Any], settings: Any, progress: Progress, bottom: Bottom | None = None
+) -> Forest:
     """Return the trees of meshes in one, the root of each, (m,) int32, and all their items."""
+    if bottom is not None and not isinstance(meshes[0], Instanced):
+        return bottom(meshes, progress)
     settings = dataclasses.replace(settings, volume="aabb", arity="2")
     trees, orders = [], []
     for mesh in meshes:
         grouping, _ = group(mesh, settings, progress, False)
         trees.append(grouping.tree)
         orders.append(grouping.order)
-    items = joined_items(meshes, orders, settings, progress)
+    items = joined_items(meshes, orders, settings, progress, bottom)
     return (*joined_trees(trees, [len(order) for order in orders]), items)
 
 
@@ -89,11 +99,15 @@ def joined_trees(trees: Sequence[Tree], counts: Sequence[int]) -> tuple[Binary, 
 
 
 def joined_items(
-    meshes: Sequence[Any], orders: Sequence[np.ndarray], settings: Any, progress: Progress
+    meshes: Sequence[Any],
+    orders: Sequence[np.ndarray],
+    settings: Any,
+    progress: Progress,
+    bottom: Bottom | None = None,
 ) -> Any:
     """Return the items of meshes, each in its order, one mesh after the other."""
     if isinstance(meshes[0], Instanced):
-        return joined_instances(meshes, orders, settings, progress)
+        return joined_instances(meshes, orders, settings, progress, bottom)
     parts = [in_order(mesh, order) for mesh, order in zip(meshes, orders, strict=True)]
     return joined(parts[0], parts[1:])
 
@@ -103,6 +117,7 @@ def joined_instances(
     orders: Sequence[np.ndarray],
     settings: Any,
     progress: Progress,
+    bottom: Bottom | None,
 ) -> Instances:
     """Return the instances that meshes are made of, over one forest of what these are made of."""
     all_below = [below for mesh in meshes for below in mesh.meshes]
@@ -122,7 +137,7 @@ def joined_instances(
     )  # fmt: skip
     starts = np.cumsum([0] + [len(mesh.ids) for mesh in meshes])
     order = np.concatenate([order + start for order, start in zip(orders, starts, strict=False)])
-    return in_order(instances_of(whole, settings, progress), order)
+    return in_order(instances_of(whole, settings, progress, bottom), order)
 
 
 @in_order.register

@@ -35,7 +35,7 @@ from ...scene import Scene
 from .builders import BUILDERS
 from .figures.efficiency import Efficiency, hierarchy_efficiency
 from .figures.overlap import sibling_overlap
-from .forest import csg_of_forest, instances_of
+from .forest import Bottom, csg_of_forest, instances_of
 from .grouping import group
 from .optimisers.rearranging import Rearrangement
 from .settings import BVHSettings
@@ -89,10 +89,19 @@ MOST_SHAPES = 20_000
 """Volumes that are drawn in their shape, if they are not boxes."""
 
 
-def items_of(scene: Scene, order: np.ndarray, settings: Any, progress: Progress) -> Any:
-    """Return a scene's items in an order; the meshes of instances are grouped as it is itself."""
+def items_of(
+    scene: Scene,
+    order: np.ndarray,
+    settings: Any,
+    progress: Progress,
+    bottom: Bottom | None = None,
+) -> Any:
+    """Return a scene's items in an order; the meshes of instances are grouped as it is itself.
+
+    Unless `bottom` does it, see :func:`.forest.instances_of`.
+    """
     if isinstance(scene.geometry, Instanced):
-        return in_order(instances_of(scene.geometry, settings, progress), order)
+        return in_order(instances_of(scene.geometry, settings, progress, bottom), order)
     if isinstance(scene.geometry, Csg):
         return in_order(csg_of_forest(scene.geometry, settings, progress), order)
     return scene.items(order)
@@ -191,12 +200,21 @@ class BVH(Structure):
 
     @classmethod
     def build(
-        cls, scene: Scene, settings: Any, progress: Progress = SILENT, *, log: bool = False
+        cls,
+        scene: Scene,
+        settings: Any,
+        progress: Progress = SILENT,
+        *,
+        log: bool = False,
+        bottom: Bottom | None = None,
     ) -> BVH:
-        """Group the triangles, rearrange the tree, fit the volumes."""
+        """Group the triangles, rearrange the tree, fit the volumes.
+
+        The meshes of instances are grouped in the same way, unless `bottom` does it.
+        """
         cls.refuse_too_large(scene, settings)
         grouping, rearrangement = group(scene.geometry, settings, progress, log)
-        items = items_of(scene, grouping.order, settings, progress)
+        items = items_of(scene, grouping.order, settings, progress, bottom)
         figures = grouping.figures
         tree: Tree | WideTree = grouping.tree
         width = np.full(len(tree.size), 2)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....contract.events import NONE, SKIP, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, note
+from ....contract.instances import rooted
 from ....contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ....contract.walk import Found, walk
 from ....contract.workspace import MAXIMUM_DEPTH
@@ -22,8 +23,6 @@ from .binary_walk import ONE
 
 WIDE_STACK_SIZE = (WIDEST - 1) * MAXIMUM_DEPTH + WIDEST
 """Nodes that wait: at every level all children but the one that is visited."""
-
-ROOT = unsigned(0)
 
 
 class Wide(NamedTuple):
@@ -39,12 +38,21 @@ class Wide(NamedTuple):
         Triangles of a leaf; 0 marks an inner node.
     width : (n_nodes,) int32
         Children of an inner node; 0 for leaves.
+    root : int
+        Not 0 in a forest, where the trees of several meshes lie one after the other.
     """
 
     volumes: Any
     first: np.ndarray
     size: np.ndarray
     width: np.ndarray
+    root: int = 0
+
+
+@implements(rooted, Wide)
+def wide_tree_of_forest(forest, root):
+    """Exchange the root."""
+    return Wide(forest.volumes, forest.first, forest.size, forest.width, root)
 
 
 @implements(walk, Wide, inline=True)
@@ -60,7 +68,7 @@ def walk_wide(structure, geometry, ray, number, workspace, log):
     nodes_visited, leaves_visited, volume_tests = 0, 0, 1
 
     prepare(volumes, ray, strips)
-    node, height = ROOT, 0
+    node, height = unsigned(structure.root), 0
     t = enter(volumes, node, ray, strips, limit)
     note(log, VOLUME_TEST, node, NONE, t, t)
     searching = t != MISS
