@@ -14,7 +14,7 @@ from ..addon.results.outcome import Outcome
 from ..addon.settings import choices, properties
 from ..core.errors import InputError
 from ..core.progress import Progress
-from ..core.scene.placing import FLATTEN
+from ..core.scene.placing import FLATTEN, OBJECTS
 
 if TYPE_CHECKING:
     from ..core.evaluation.records.animation import Comparison
@@ -26,7 +26,8 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
     bl_description = (
         "Build in the first frame of the timeline, refit in every other one, and compare with "
         "a tree built anew for each. The lesson Refit over the Timeline shows "
-        "it frame by frame on your mesh. Instances are flattened"
+        "it frame by frame on your mesh. Instances are flattened, but of two levels the top one is "
+        "built anew and the others are kept or refitted"
     )
     bl_options = {"REGISTER"}
 
@@ -61,14 +62,15 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
                 f"only {choices.refittable_labels()} can be refitted, not {structure.label}"
             )
         # What is shown now is what will be shown afterwards: the tree of this frame.
-        taken = session.current.take(context, root.scope, FLATTEN)
+        instances = OBJECTS if structure.keeps_instances else FLATTEN
+        taken = session.current.take(context, root.scope, instances)
         numbers = timeline.frame_range(context.scene)
 
         def watch(look: Look) -> None:
             session.current.watch(taken.look, look)
 
         # A thread must not touch the operator itself.
-        self.frames = frames = timeline.Frames(context, root.scope, numbers, watch)
+        self.frames = frames = timeline.Frames(context, root.scope, numbers, watch, instances)
 
         def work(progress: Progress) -> tuple[Comparison, Outcome]:
             lines = RandomLinesSettings(count=20_000)
@@ -95,7 +97,7 @@ class ACCELSCOPE_OT_compare_over_timeline(jobs.JobOperator, bpy.types.Operator):
         session.current.set_built(outcome)
         session.current.timeline = found.records
         first, last = found.history[0], found.history[-1]
-        flattened = "; instances were flattened" * bool(outcome.snapshot.look.instances)
+        flattened = "; instances were flattened" * (outcome.snapshot.look.instances == FLATTEN)
         return (
             f"Frames {first.frame} to {last.frame}: SAH {show_number(last.refit)} refitted, "
             f"{show_number(last.rebuild)} built anew, "

@@ -47,7 +47,9 @@ class ACCELSCOPE_OT_refit(jobs.JobOperator, bpy.types.Operator):
         assert known is not None
         tree: Any = built.structure
         # Over instances the tree is refitted to where they are now.
-        instances = KEEP if isinstance(tree.scene.geometry, Instanced) else FLATTEN
+        instances = known.look.instances or (
+            KEEP if isinstance(tree.scene.geometry, Instanced) else FLATTEN
+        )
         taken = session.current.take(context, known.look.scope, instances)
         assert session.current.record is not None
         before = session.current.record["statistics"]["sah"]

@@ -14,7 +14,7 @@ from pathlib import Path
 from ...core.errors import InputError
 from ...core.progress import Progress
 from ...core.scene import Scene
-from ...core.scene.placing import FLATTEN
+from ...core.scene.placing import FLATTEN, OBJECTS
 from .arguments import (
     SPECS,
     OpenFile,
@@ -58,7 +58,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     )
     add = parser.add_argument
     add("scenes", nargs="*", metavar="SCENE", help="a .blend, or mesh files, one per frame")
-    add("--structure", default="bvh", metavar="SPEC", help="bvh[:key=value,...]")
+    add("--structure", default="bvh", metavar="SPEC", help="bvh or two_level[:key=value,...]")
     add("--frames", metavar="A:B[:STEP]",
         help="frames of the timeline; by default its own range")  # fmt: skip
     add("--rays", default="random_lines:count=20000", metavar="SPEC",
@@ -94,7 +94,8 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     from ...core.evaluation.records.animation import METHODS, Comparison, table
 
     progress = progress_of(arguments)
-    frames = frames_of(arguments.scenes, numbers, open_file is not None, progress)
+    instances = OBJECTS if structure.keeps_instances else FLATTEN
+    frames = frames_of(arguments.scenes, numbers, open_file is not None, progress, instances)
     found = Comparison(
         structure, settings, workload, workload_settings, arguments.threads, progress
     )
@@ -142,9 +143,17 @@ def is_blend(name: str) -> bool:
 
 
 def frames_of(
-    scenes: list[str], numbers: range | None, in_blender: bool, progress: Progress
+    scenes: list[str],
+    numbers: range | None,
+    in_blender: bool,
+    progress: Progress,
+    instances: str = FLATTEN,
 ) -> list[tuple[int, str, Callable[[], Scene]]]:
     """Return number, name of the file, and opener of every frame that the arguments name.
+
+    Parameters
+    ----------
+    instances : {OBJECTS, FLATTEN}
 
     Raises
     ------
@@ -156,7 +165,7 @@ def frames_of(
         raise InputError("name a .blend, or mesh files, one per frame")
     if is_file or not scenes:
         if is_file:
-            opened(functools.partial(open_scene, scenes[0], FLATTEN), progress)
+            opened(functools.partial(open_scene, scenes[0], instances), progress)
         import bpy
 
         from ..from_blender import extraction, timeline
@@ -164,8 +173,8 @@ def frames_of(
         chosen = timeline.frame_range(bpy.context.scene) if numbers is None else numbers
         name = scenes[0] if is_file else "open file"
         take = functools.partial(timeline.scene_at, bpy.context, extraction.VISIBLE)
-        return [(number, name, functools.partial(take, number)) for number in chosen]
+        return [(number, name, functools.partial(take, number, instances)) for number in chosen]
     if numbers is not None:
         raise InputError("--frames belongs to the timeline of one .blend; mesh files are one each")
-    openers = scenes_of(scenes, FLATTEN, None)
+    openers = scenes_of(scenes, instances, None)
     return [(number, name, open_one) for number, (name, open_one) in enumerate(openers)]

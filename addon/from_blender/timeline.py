@@ -25,8 +25,10 @@ def frame_range(scene: bpy.types.Scene) -> range:
     return range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
 
 
-def taken_at(context: bpy.types.Context, scope: str, number: int) -> Taken:
-    """Show a frame and take its scene, its instances flattened: meshes may change with time.
+def taken_at(
+    context: bpy.types.Context, scope: str, number: int, instances: str = FLATTEN
+) -> Taken:
+    """Show a frame and take its scene, its instances flattened by default: meshes may change.
 
     Raises
     ------
@@ -40,10 +42,12 @@ def taken_at(context: bpy.types.Context, scope: str, number: int) -> Taken:
         is_shown = False
     if not is_shown:
         raise InputError(f"there is no frame {number} on Blender's timeline")
-    return Taken.at(context, scope, FLATTEN)
+    return Taken.at(context, scope, instances)
 
 
-def scene_at(context: bpy.types.Context, scope: str, number: int) -> Scene:
+def scene_at(
+    context: bpy.types.Context, scope: str, number: int, instances: str = FLATTEN
+) -> Scene:
     """Show a frame and return its scene, for the command line.
 
     Raises
@@ -52,7 +56,7 @@ def scene_at(context: bpy.types.Context, scope: str, number: int) -> Scene:
         When there is no triangle that a ray could hit, or a mesh is invalid.
     """
     with held(), others_kept_silent():
-        taken = taken_at(context, scope, number)
+        taken = taken_at(context, scope, number, instances)
     return taken.snapshot().scene
 
 
@@ -83,6 +87,7 @@ class Frames:
     numbers : iterable of int
     watch : callable
         Is given how the frame looks that was taken last, to mark what Blender evaluates.
+    instances : {"objects", "flatten"}
     """
 
     def __init__(
@@ -91,9 +96,10 @@ class Frames:
         scope: str,
         numbers: Iterable[int],
         watch: Callable[[Look], None] = lambda look: None,
+        instances: str = FLATTEN,
     ) -> None:
         self.shown = Place(context.scene)
-        self._frames = self._take(context, scope, numbers, watch)
+        self._frames = self._take(context, scope, numbers, watch, instances)
         # One frame in hand, so that memory does not grow with the length of the animation.
         self._ready: queue.Queue[tuple[int, Taken] | InputError | None] = queue.Queue(maxsize=1)
 
@@ -103,12 +109,13 @@ class Frames:
         scope: str,
         numbers: Iterable[int],
         watch: Callable[[Look], None],
+        instances: str,
     ) -> Generator[tuple[int, Taken] | None]:
         """Yield number and scene of every frame, then None for each that is looked at again."""
         looks: dict[int, Look] = {}
         is_touched = False
         for number in numbers:
-            taken = taken_at(context, scope, number)
+            taken = taken_at(context, scope, number, instances)
             looks[number] = taken.look
             watch(taken.look)
             yield number, taken

@@ -143,6 +143,9 @@ class Structure(abc.ABC):
         The classes of rays it is for; None for all.
     takes_cones : bool
         Whether cones go through it, see :mod:`..geometry.cones`.
+    keeps_instances : bool
+        Whether the frames of an animation are instances that move; otherwise they are flattened,
+        since a mesh may be deformed from frame to frame.
     needs : frozenset of str
         What it is built from: GEOMETRY, LIGHTS, CAMERA, TIME.
     """
@@ -155,6 +158,7 @@ class Structure(abc.ABC):
     FIGURES: ClassVar[tuple[Figure, ...]]
     answers: ClassVar[tuple[str, ...] | None] = EVERY_CLASS
     takes_cones: ClassVar[bool] = False
+    keeps_instances: ClassVar[bool] = False
     needs: ClassVar[frozenset[str]] = frozenset({GEOMETRY})
     BYTES_PER_TRIANGLE: ClassVar[int] = 80
     """Memory at the peak of a build; by default a copy of the triangles."""

@@ -26,6 +26,8 @@ import numpy as np
 
 from ..contract.counters import (
     CELLS_SKIPPED,
+    ENTERED,
+    ENTERED_IN_VAIN,
     MAILBOX_HITS,
     N_EETS,
     N_ETS,
@@ -33,6 +35,7 @@ from ..contract.counters import (
     N_TS,
     POSTPONED_HITS,
     VOLUME_TESTS,
+    counters_within,
 )
 from ..contract.structure import Structure
 from ..geometry.rays import ALL, CLOSEST, Rays
@@ -68,7 +71,8 @@ CROSS = np.array((1.0, 0.2, 0.3))
 """Colour of the cross around the chosen pixel."""
 
 COUNTERS = (
-    N_TS, N_IT, N_ETS, N_EETS, VOLUME_TESTS, MAILBOX_HITS, POSTPONED_HITS, CELLS_SKIPPED
+    N_TS, N_IT, N_ETS, N_EETS, VOLUME_TESTS, MAILBOX_HITS, POSTPONED_HITS, CELLS_SKIPPED, ENTERED,
+    ENTERED_IN_VAIN, *(each for each in counters_within(1) if each.name in ("N_TS_1", "N_IT_1")),
 )  # fmt: skip
 """What can be looked at, where the structure counts it."""
 
@@ -154,6 +158,8 @@ class HeatMap(Play):
     def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
         """Return steps and tests, and the steps of rays that do not stop."""
         asked = (("N_TS", True), ("N_IT", True), ("N_TS", False), ("N_IT", False))
+        if self.structure.levels:
+            asked = (("N_TS", True), (ENTERED.name, True), ("N_TS_1", True), ("N_IT_1", True))
         return [dataclasses.replace(settings, counter=name, stop=stop) for name, stop in asked]
 
     def values(self, settings: Settings) -> np.ndarray | None:
@@ -290,6 +296,11 @@ def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     return HeatMap(subject, settings, progress)
 
 
+def over_instances(structure: Structure) -> str:
+    """Accept what is built over instances, see :attr:`.lesson.Lesson.suits`."""
+    return "" if structure.levels else "the scene holds no instances"
+
+
 LESSONS = (
     Lesson(
         name="heat_map",
@@ -305,6 +316,26 @@ LESSONS = (
         source="structures.bvh.walks.binary_walk",
         sample="suzanne:subdivisions=3",
         structures=("bvh",),
+        Settings=Settings,
+        play=play,
+        film="counter",
+        replays=("width",),
+    ),
+    Lesson(
+        name="heat_map_of_levels",
+        label="Heat Map of Two Levels",
+        slide="BVH in action",
+        begin="Over instances every pixel has two prices: what its ray does in the top level, and "
+        "what it does in the meshes that it enters",
+        look_for="The top level costs where boxes of instances lie behind each other, whether "
+        "anything is hit or not. The bottom level costs on the figures, most along their outlines",
+        question="What does a pixel cost that shows the ground between two figures?",
+        answer="The ray enters the boxes of those it passes, is moved into their spaces, and comes "
+        "back without a hit: these are the instances entered in vain",
+        source="contract.instances",
+        sample="crowd:figures=25,triangles=4000",
+        structures=("two_level",),
+        suits=over_instances,
         Settings=Settings,
         play=play,
         film="counter",

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from accelscope.core.geometry.instances import Instanced
 from accelscope.core.geometry.solids.mixed import Mixed
 from accelscope.core.structures import general_structures, structures
 from accelscope.sample_scenes import samples
@@ -181,9 +182,22 @@ def test_add_sample_scene_adds_the_scene_of_the_core(bpy: Any, name: str) -> Non
     expected = sample.generate(sample.Settings())
     scene = extraction.extract(bpy.context, extraction.VISIBLE)
     assert len(scene) == len(expected)
+    assert type(scene.geometry) is type(expected.geometry)
     for number, object_name in enumerate(scene.object_names):
         here = np.flatnonzero(scene.object_ids == number)
         there = np.flatnonzero(expected.object_ids == expected.object_names.index(object_name))
+        if isinstance(expected.geometry, Instanced):
+            # One mesh in many places, each object linked to it.
+            (here,), (there,) = here, there
+            found, wanted = scene.geometry, expected.geometry
+            np.testing.assert_allclose(
+                found.matrices[here], wanted.matrices[there], atol=1e-6 * expected.diagonal
+            )
+            np.testing.assert_array_equal(
+                found.meshes[found.which[here]].corners,
+                wanted.meshes[wanted.which[there]].corners.astype(np.float32),
+            )
+            continue
         found, wanted = scene.items(here), expected.items(there)
         if isinstance(expected.geometry, Mixed):
             # Not as they are drawn, but to the last bit as they are.

@@ -117,3 +117,39 @@ def test_command_line(twist, tmp_path, capsys):
     assert [record["frame"] for record in from_open] == [3, 3, 4, 4, 5, 5, 6, 6]
     costs = [[r["statistics"]["sah"] for r in rs] for rs in (from_path[-2:], from_open[-2:])]
     assert costs[0] == costs[1]
+
+
+def test_two_levels_over_the_timeline(bpy, root, current):
+    """Objects move, one mesh is bent: the top level is built anew, the rest kept or refitted."""
+    bpy.ops.mesh.primitive_monkey_add()
+    first = bpy.context.object
+    for number in range(3):
+        twin = bpy.data.objects.new(f"Twin{number}", first.data)
+        bpy.context.collection.objects.link(twin)
+        twin.location.x = 3.0 + 3.0 * number
+        twin.keyframe_insert("location", frame=1)
+        twin.location.y = 4.0
+        twin.keyframe_insert("location", frame=3)
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=8, y_subdivisions=8, location=(0, 0, -3))
+    bent = bpy.context.object.modifiers.new("bend", "SIMPLE_DEFORM")
+    bent.deform_method = "BEND"
+    for frame, angle in ((1, 0.0), (3, 1.5)):
+        bent.angle = angle
+        bent.keyframe_insert("angle", frame=frame)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = 1, 3
+    root.structure = "two_level"
+    assert bpy.ops.accelscope.compare_over_timeline() == {"FINISHED"}
+    assert [record["frame"] for record in current.timeline] == [1, 1, 2, 2, 3, 3]
+    for record in current.timeline:
+        assert record["scene"]["instances"] == {"count": 5, "meshes": 2, "triangles": 968 + 128}
+        assert record["statistics"]["sah_two_levels"] > 0.0
+    # The same rays hit the same in what was refitted and in what was built anew.
+    for refit, rebuild in zip(current.timeline[::2], current.timeline[1::2], strict=True):
+        assert refit["trace"]["hits"] == rebuild["trace"]["hits"]
+    assert current.history[-1].refit >= current.history[0].refit * 0.5
+    root.instances = "objects"
+    assert bpy.ops.accelscope.build() == {"FINISHED"}
+    bpy.context.scene.frame_set(3)
+    assert bpy.ops.accelscope.refit() == {"FINISHED"}
+    assert current.status(bpy.context).up_to_date
+    assert current.built.structure.validate() == []

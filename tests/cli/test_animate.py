@@ -38,6 +38,15 @@ def test_json_on_standard_output(run, steps):
     assert out.records[0]["structure"]["settings"]["max_leaf_size"] == 1
 
 
+def test_two_levels_follow_their_objects(run, steps):
+    out = run("animate", *steps, "--json", "-", "--quiet", "--structure", "two_level",
+              "--rays", "random_lines:count=100")  # fmt: skip
+    assert (out.code, out.err) == (0, "")
+    for refit, rebuild in zip(out.records[::2], out.records[1::2], strict=True):
+        assert refit["scene"]["instances"]["count"] == 1
+        assert refit["trace"]["hits"] == rebuild["trace"]["hits"]
+
+
 def test_a_frame_with_other_triangles_fails_alone(run, steps, obj, five, tmp_path):
     fewer = obj(five[:3], "fewer.obj")
     out = run("animate", steps[0], fewer, steps[2], "--csv", tmp_path / "a.csv", "--pictures",

@@ -20,6 +20,9 @@ from accelscope.sample_scenes.mount import grow_mountain
 SMALL = {
     "suzanne": "suzanne:subdivisions=0",
     "teapot_in_stadium": "teapot_in_stadium:teapot_resolution=2",
+    "crowd": "crowd:figures=3,triangles=1000",
+    "forest": "forest:trees=4,forks=1",
+    "overlapping": "overlapping:spheres=12,segments=8",
     "balls": "balls:size=1",
     "gears": "gears:size=1",
     "jacks": "jacks:size=2",

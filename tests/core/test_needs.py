@@ -59,6 +59,6 @@ def test_what_it_needs_may_not_move(scene):
 
 
 def test_who_can_what():
-    assert [each.name for each in structures_that_are(Refittable)] == ["bvh"]
+    assert [each.name for each in structures_that_are(Refittable)] == ["bvh", "two_level"]
     assert [each.name for each in structures_that_are(Linked)] == ["kdtree", "octree"]
     assert [each.name for each in structures_that_are(Skipping)] == ["macro_grid"]

@@ -20,6 +20,9 @@ from accelscope.core.structures import general_structures, structures
 SCENES = ("suzanne", "mess", "cubes")
 """Round; dwarfs beside a giant, where short Morton codes are the same; faces in walls of cells."""
 
+SCENES_OF = {"two_level": ("overlapping",)}
+"""Where one object has no second level."""
+
 MORE_SCENES = {"size_bits": ["teapot_in_stadium"]}
 """For settings that change nothing in those: large triangles around small ones."""
 
@@ -81,7 +84,7 @@ def outcome(lab, name, scene_name, settings):
     del figures["sah_constants"]
     # Sums depend on the order of nodes in their last digits.
     rounded = json.loads(json.dumps(figures), parse_float=lambda text: f"{float(text):.12g}")
-    return json.dumps(rounded), built.triangles.ids.tobytes(), *counters
+    return json.dumps(rounded), built.geometry.ids.tobytes(), *counters
 
 
 def changes_something(lab, name, field, settings):
@@ -93,7 +96,7 @@ def changes_something(lab, name, field, settings):
     for changed in ({}, fine, flush, fine | flush):
         base = dataclasses.replace(settings, **changed)
         others = [value for value in values_of(field) if value != getattr(base, field.name)]
-        scenes = [*MORE_SCENES.get(field.name, []), *SCENES]
+        scenes = [*MORE_SCENES.get(field.name, []), *SCENES_OF.get(name, SCENES)]
         for scene_name, value in itertools.product(scenes, others):
             other = dataclasses.replace(base, **{field.name: value})
             if outcome(lab, name, scene_name, base) != outcome(lab, name, scene_name, other):
@@ -105,7 +108,9 @@ def test_there_is_something_to_test():
     assert len(CONDITIONAL) >= 20
     assert len(ALWAYS) >= 45
     assert {name for name, _ in FIELDS} == set(general_structures())
-    assert {"grid", "macro_grid", "octree", "kdtree", "bsp", "bvh"} == {n for n, _ in CONDITIONAL}
+    assert {"grid", "macro_grid", "octree", "kdtree", "bsp", "bvh", "two_level"} == {
+        name for name, _ in CONDITIONAL
+    }
     words = {str(c) for _, field in CONDITIONAL for c in field.metadata["only_for"].values()}
     assert {GIVEN, OPEN} < words
 

@@ -1,5 +1,7 @@
 """Refit against rebuild over an animation: what it costs to keep the tree of the first frame.
 
+Two levels follow in their own way: the top level is built anew, bottom levels are kept or refitted.
+
 Each frame gives two records, both over the same rays: one of the first frame's tree refitted, one
 of a tree built for that frame. They are records as an experiment makes them, with ``frame`` and
 ``method`` ("refit" or "rebuild") in front; ``build.seconds`` is the time of the refit or of the
@@ -9,7 +11,7 @@ build. A frame that is refused gives two failed records.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -84,7 +86,8 @@ class Comparison:
         Cancelled
             From the progress.
         """
-        scene = scene.flat()  # a mesh that is deformed is no instance any more
+        if not self.kind.keeps_instances:
+            scene = scene.flat()  # a mesh that is deformed is no instance any more
         rebuilt = build(scene, self.kind, self.settings, self.progress)
         original = self.original or rebuilt.structure
         assert isinstance(original, Refittable)
@@ -103,7 +106,7 @@ class Comparison:
             record = make_record(built, traced, self.progress)
             refuse_not_finite(record)
             records.append({"frame": number, "method": method, **record})
-        costs = (record["statistics"]["sah"] for record in records)
+        costs = map(cost_of, records)
         self.history.append(moment_of(number, moved, rebuilt.structure, *costs))
         self.records += records
         self.original, self.last = self.original or rebuilt.structure, both
@@ -154,18 +157,32 @@ def animate(
     return comparison
 
 
+def cost_of(record: Record) -> float:
+    """Return the SAH cost of a structure; of two levels, that of both."""
+    statistics = record["statistics"]
+    for key in ("sah_rebraided", "sah_two_levels"):
+        if key in statistics:
+            return float(statistics[key])
+    return float(statistics["sah"])
+
+
 def growth(refitted: Record, rebuilt: Record) -> float:
     """Return the SAH cost of a refitted tree over that of a new one."""
-    cost = rebuilt["statistics"]["sah"]
-    return refitted["statistics"]["sah"] / cost if cost > 0.0 else 1.0
+    cost = cost_of(rebuilt)
+    return cost_of(refitted) / cost if cost > 0.0 else 1.0
+
+
+def figure(path: str) -> Callable[[Record], Any]:
+    """Return what looks up a figure of a record, such as ``"trace.N_TS"``."""
+    return lambda record: look_up(record, path.split("."))
 
 
 COLUMNS = (
-    ("SAH", ("statistics", "sah"), show_number),
-    ("overlap", ("statistics", "overlap"), show_number),
-    ("N_TS", ("trace", "N_TS"), show_number),
-    ("N_IT", ("trace", "N_IT"), show_number),
-    ("time", ("build", "seconds"), show_seconds),
+    ("SAH", cost_of, show_number),
+    ("overlap", figure("statistics.overlap"), show_number),
+    ("N_TS", figure("trace.N_TS"), show_number),
+    ("N_IT", figure("trace.N_IT"), show_number),
+    ("time", figure("build.seconds"), show_seconds),
 )
 
 
@@ -177,7 +194,7 @@ def table(records: list[Record]) -> str:
             rows.append([str(pair[0]["frame"]), failure(pair[0])])
             continue
         figures = [
-            " / ".join(show(look_up(record, path)) for record in pair) for _, path, show in COLUMNS
+            " / ".join(show(figure_of(record)) for record in pair) for _, figure_of, show in COLUMNS
         ]
         rows.append([str(pair[0]["frame"]), *figures, f"{growth(*pair):.3f}"])
     return aligned(rows)

@@ -3,26 +3,23 @@
 The surface area heuristic over both levels counts nodes as a random line through the box around all
 instances meets them: those of the top level as they are, those of a mesh where its instance puts
 them, as parallelepipeds. A line meets a convex body as often as its surface is large. So the cost
-of an instance follows from three sums over its tree, one for each pair of opposite faces.
+of an instance follows from three sums over its tree, one for each pair of opposite faces. Each
+level has the constants of its own settings.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...contract.figures import Figure
-from ...contract.structure import Structure
 from ...geometry.box_shape import surface_area
 from ...geometry.instances import is_of_triangles, primitives_in
 from ...progress import Progress
 from ..bvh import BVH
 from ..bvh.grouping import group
 from ..bvh.topology.tree import depths_of
-
-if TYPE_CHECKING:
-    from .structure import TwoLevel
 
 OF_BOTH = "Two levels"
 
@@ -62,7 +59,7 @@ FIGURES = (
 )  # fmt: skip
 
 
-def figures_of(structure: TwoLevel, progress: Progress) -> dict[str, Any]:
+def figures_of(structure: Any, progress: Progress) -> dict[str, Any]:
     """Return the figures of both levels."""
     geometry = structure.scene.geometry
     count = len(geometry.ids)
@@ -95,7 +92,7 @@ def mean_overlapped(boxes: np.ndarray) -> float:
     return found / len(asked)
 
 
-def costs_of(structure: TwoLevel, root: float, progress: Progress) -> dict[str, float]:
+def costs_of(structure: Any, root: float, progress: Progress) -> dict[str, float]:
     """Return SAH costs of two levels, re-braided, and flattened, for lines through one box.
 
     Parameters
@@ -104,9 +101,7 @@ def costs_of(structure: TwoLevel, root: float, progress: Progress) -> dict[str, 
         Surface area of the box.
     """
     geometry, settings = structure.scene.geometry, structure.tlas.settings
-    weights = np.stack(
-        [face_sums(each, settings.C_trav, settings.C_isect) for _, each in structure.bottoms]
-    )
+    weights = np.stack([face_sums(each) for _, each in structure.bottoms])
     which = geometry.which if structure.settings.shared else np.arange(len(geometry.ids))
     faces = face_factors(geometry.matrices)
     below = float((weights[which] * faces).sum())
@@ -146,19 +141,18 @@ def faces_of(boxes: np.ndarray) -> np.ndarray:
     return np.stack([y * z, z * x, x * y], axis=1)
 
 
-def face_sums(bottom: Structure, c_trav: float, c_isect: float) -> np.ndarray:
+def face_sums(bottom: Any) -> np.ndarray:
     """Return the sums of the faces of all cells of a structure by what they cost, (3,)."""
-    cells = bottom.cells()
-    costs = np.where(cells.is_leaf, c_isect * cells.count, c_trav)
+    cells, settings = bottom.cells(), bottom.settings
+    costs = np.where(cells.is_leaf, settings.C_isect * cells.count, settings.C_trav)
     return (costs[:, None] * faces_of(cells.boxes)).sum(axis=0)
 
 
-def cost_of_braid(structure: TwoLevel, faces: np.ndarray) -> float:
+def cost_of_braid(structure: Any, faces: np.ndarray) -> float:
     """Return the cost of a re-braided top level and of what is below, times the root's area."""
-    assert structure.braid is not None
-    settings, forest = structure.tlas.settings, structure.instances.forest
+    below, forest = structure.bottoms[0][1].settings, structure.instances.forest
     tree, references = structure.braid.tree, structure.braid.references
-    sums = np.where(forest.size > 0, settings.C_isect * forest.size, settings.C_trav)[:, None]
+    sums = np.where(forest.size > 0, below.C_isect * forest.size, below.C_trav)[:, None]
     sums = sums * faces_of(forest.volumes.boxes())
     depth = np.zeros(len(forest.size), np.int64)
     for number, root in enumerate(structure.instances.roots):
@@ -171,5 +165,5 @@ def cost_of_braid(structure: TwoLevel, faces: np.ndarray) -> float:
         sums[inner] += sums[forest.first[inner]] + sums[forest.first[inner] + 1]
     is_there = references.node >= 0
     owner, node = references.owner[is_there], references.node[is_there]
-    below = float((sums[node] * faces[owner]).sum())
-    return settings.C_trav * float(surface_area(tree.boxes)[tree.size == 0].sum()) + below
+    above = structure.tlas.settings.C_trav * surface_area(tree.boxes)[tree.size == 0].sum()
+    return float(above + (sums[node] * faces[owner]).sum())

@@ -64,7 +64,7 @@ class RebraidSettings:
     )
     room: int = setting(
         1000, "Room", "References that it may have in any case, however few instances there are",
-        minimum=0,
+        minimum=0, maximum=100_000_000,
     )  # fmt: skip
 
 

@@ -72,6 +72,7 @@ class TwoLevel(Structure):
     label = "Two Levels"
     summary = "A top level over instances, and a bottom level for each mesh"
     Settings = TwoLevelSettings
+    keeps_instances = True
     COUNTERS = BVH.COUNTERS
     FIGURES = FIGURES
 
