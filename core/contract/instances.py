@@ -128,8 +128,14 @@ def instances_of_mesh(items, reach):
 
 
 @inner
-def moved_ray(to_object, ray, reach, end):
-    """Return a ray in the space that a matrix, (3, 4), leads to; its t stay, and it has an end."""
+def moved_ray(to_object, ray, reach):
+    """Return a ray in the space that a matrix, (3, 4), leads to; its t stay what they are."""
+    return moved_until(to_object, ray, reach, ray.t_max)
+
+
+@inner
+def moved_until(to_object, ray, reach, end):
+    """Return the same up to an end."""
     m = to_object
     ox = m[0, 0] * ray.ox + m[0, 1] * ray.oy + m[0, 2] * ray.oz + m[0, 3]
     oy = m[1, 0] * ray.ox + m[1, 1] * ray.oy + m[1, 2] * ray.oz + m[1, 3]
@@ -185,7 +191,7 @@ def walk_within(geometry, index, root, ray, limit, workspace, log):
     note(log, ENTER, NONE, geometry.ids[index], enter, leave)
     reach = geometry.reaches[mesh]
     end = limit if limit < leave else ray.t_max
-    within = moved_ray(geometry.to_object[index], ray, reach, end)
+    within = moved_until(geometry.to_object[index], ray, reach, end)
     tree = rooted(geometry.forest, root)
     items = of_mesh(geometry.items, reach)
     workspace.mailbox[-1] += 1

@@ -11,7 +11,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...contract.counters import counters_within
+from ...contract.counters import (
+    MAILBOX_HITS,
+    N_EETS,
+    OF_HIERARCHY,
+    POSTPONED_HITS,
+    counters_within,
+)
 from ...contract.figures import look_up
 from ...contract.structure import Structure
 from ...geometry.instances import MOST_LEVELS
@@ -24,6 +30,15 @@ from ..rays.workloads import WORKLOADS
 from .experiment import SCHEMA
 
 Record = dict[str, Any]
+
+OF_LEVELS = tuple(
+    {
+        each.name: each
+        for levels in range(1, MOST_LEVELS + 1)
+        for each in counters_within(levels, (*OF_HIERARCHY, N_EETS, MAILBOX_HITS, POSTPONED_HITS))
+    }.values()
+)
+"""What is counted of instances and within them, whatever the meshes' structures are."""
 
 
 def to_json_text(records: Sequence[Record]) -> str:
@@ -201,7 +216,7 @@ def rows_of(structure: type[Structure]) -> list[Row]:
         ),
         *(  # of records over instances
             Row("Per ray", each.label, ("trace", each.name), "", "", each.meaning)
-            for each in counters_within(MOST_LEVELS)
+            for each in OF_LEVELS
         ),
     ]
 
@@ -255,7 +270,7 @@ def counters_in_words(record: Record) -> str:
     structure = structure_named(record["structure"]["name"])
     return ", ".join(
         f"{show_number(record['trace'][each.name])} {said_of_items(record, each.label, each.name)}"
-        for each in (*structure.COUNTERS, *counters_within(MOST_LEVELS))
+        for each in (*structure.COUNTERS, *OF_LEVELS)
         if each.column and each.name in record["trace"]
     )
 
