@@ -65,7 +65,7 @@ from .events import (
 )
 from .instances import rooted
 from .walk import walk
-from .workspace import STACK_SIZE, Workspace, part_below
+from .workspace import STACK_WITHIN, Workspace, part_below
 
 OF_TREE, OF_MESH = 1, 2
 """Levels of the log: of the nodes of a tree, and of the hierarchy of a closed mesh."""
@@ -204,10 +204,10 @@ def with_scratch(workspace: Workspace, geometry: Any) -> Workspace:
     """Return scratch memory with room for what trees of solids need, if a geometry has any."""
     if not isinstance(geometry, CsgTrees):
         return workspace
-    cells = len(workspace.cells) + 2 * geometry.depth + STACK_SIZE + 1
+    cells = len(workspace.cells) + 2 * geometry.depth + STACK_WITHIN + 1
     return workspace._replace(
         cells=np.empty(cells, np.int32),
-        enters=np.empty(len(workspace.enters) + 2 * geometry.room + STACK_SIZE),
+        enters=np.empty(len(workspace.enters) + 2 * geometry.room + STACK_WITHIN),
         frame=np.zeros((3 * len(workspace.frame), 5)),
     )
 
@@ -266,7 +266,7 @@ def crossings_of_leaf(leaves, kind, leaf, first, ray, number, workspace, log, st
 def crossings_of_solid(leaves, kind, leaf, first, ray, number, workspace, log, stack, base):
     """Ask a solid, a half-space, or all triangles of a mesh that the line meets."""
     if kind == MESH:
-        count = workspace.cells[len(workspace.cells) - STACK_SIZE - 1 :]
+        count = workspace.cells[len(workspace.cells) - STACK_WITHIN - 1 :]
         count[0] = base
         tree = rooted(leaves.forest, whole(leaves.mesh_roots[leaf]))
         triangles = Crossings(leaves.corners, leaves.corner_ids, leaves.reach, stack, count, first)
@@ -319,7 +319,7 @@ def merge_tree(geometry, start, ray, number, workspace, log, stack):
     nodes, bounds = geometry.nodes, geometry.bounds
     waiting = workspace.cells
     strips = workspace.frame[len(workspace.frame) // 3 :]
-    bottom = len(waiting) - STACK_SIZE - 1 - 2 * geometry.depth
+    bottom = len(waiting) - STACK_WITHIN - 1 - 2 * geometry.depth
     lengths = bottom + geometry.depth
     height, lists, top = whole(1), whole(0), whole(0)
     visited, tested, volume_tests = 0, 0, 0
@@ -401,7 +401,7 @@ def intersect_tree(geometry, index, ray, limit, number, workspace, log):
         ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, ray.ix, ray.iy, ray.iz, geometry.reach,
         -np.inf, np.inf, np.uint8(ALL), ray.time, ray.mask, ray.target,
     )  # fmt: skip
-    last = len(workspace.enters) - STACK_SIZE
+    last = len(workspace.enters) - STACK_WITHIN
     stack = workspace.enters[last - 2 * geometry.room : last]
     level = log.written[LEVEL_NOW]
     log.written[LEVEL_NOW] = OF_TREE

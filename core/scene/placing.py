@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import InputError
 from ..geometry.csg.description import ClosedMesh, Node, is_tree, leaves_of, moved_node
 from ..geometry.csg.making import Described
 from ..geometry.csg.trees import Csg
@@ -224,9 +225,20 @@ def by_objects(scene: Scene) -> Scene:
 
     One that holds instances is returned as it is. Primitives keep their numbers: every run of those
     of one object is an instance. Of more than MOST_OBJECTS runs all are one.
+
+    Raises
+    ------
+    InputError
+        If it holds trees of solids (CSG), which stand in no instance.
     """
     if isinstance(scene.geometry, Instanced):
         return scene
+    if isinstance(scene.geometry, Csg):
+        raise InputError(
+            f"instances hold triangles and solids, and {scene.name} holds trees of them; choose "
+            "another structure than two_level",
+            scene.name,
+        )
     begins = np.append(0, 1 + np.flatnonzero(np.diff(scene.object_ids)))
     if len(begins) > MOST_OBJECTS:
         begins = begins[:1]
