@@ -16,6 +16,7 @@ from ..core.scene.material import Material
 from ..core.scene.placing import KEEP, Mesh, PlacedMesh, scene_of
 from ..core.settings import setting
 from .sample import Sample
+from .spd import rotation
 from .tree import THINNING, TRUNK_RADIUS, branch
 
 BARK, LEAF = Material("bark", (0.4, 0.28, 0.16)), Material("leaf", (0.25, 0.55, 0.2))
@@ -112,10 +113,13 @@ def places(settings: Settings, side: float, rng: np.random.Generator) -> np.ndar
     angle = 2.0 * np.pi * rng.random(number)
     size = 0.8 + 0.5 * rng.random((number, 2))
     matrices = np.tile(np.eye(4), (number, 1, 1))
-    matrices[:, 0, 0] = matrices[:, 1, 1] = size[:, 0] * np.cos(angle)
-    matrices[:, 1, 0], matrices[:, 0, 1] = size[:, 0] * np.sin(angle), -size[:, 0] * np.sin(angle)
-    matrices[:, :2, 2] = 0.08 * rng.normal(size=(number, 2))
-    matrices[:, 2, 2] = size[:, 1]
+    for matrix, turn, (wide, high), lean in zip(
+        matrices, angle, size, 5.0 * rng.normal(size=(number, 2)), strict=True
+    ):
+        # Scaled, then turned: what Blender, too, has of an object.
+        leaning = rotation((1.0, 0.0, 0.0), lean[0]) @ rotation((0.0, 1.0, 0.0), lean[1])
+        upright = rotation((0.0, 0.0, 1.0), np.degrees(turn))
+        matrix[:3, :3] = leaning @ upright @ np.diag([wide, wide, high])
     matrices[:, :2, 3] = spot
     matrices[:, 2, 3] = height(spot[:, 0], spot[:, 1], side) - 0.05
     return matrices

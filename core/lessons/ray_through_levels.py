@@ -139,9 +139,13 @@ class Through(Play):
         # As far as the ray is in the mesh's box, and a little more, on the same t.
         with np.errstate(all="ignore"):
             planes = (space.box.reshape(2, 3) - origin) / direction
-        enter, leave = planes.min(axis=0).max(), planes.max(axis=0).min()
-        margin = 0.15 * extent_of(self.scene) / space.scale / float(np.linalg.norm(direction))
-        ends = np.array([min(enter, leave) - margin, max(enter, leave) + margin])
+        length = float(np.linalg.norm(direction))
+        margin = 0.15 * extent_of(self.scene) / space.scale / length
+        ends = np.array([planes.min(axis=0).max() - margin, planes.max(axis=0).min() + margin])
+        # One that passes the box by is drawn where it comes nearest.
+        middle = float((space.box.reshape(2, 3).mean(axis=0) - origin) @ direction) / length**2
+        half = 0.75 * float(np.linalg.norm(space.box[3:] - space.box[:3])) / length
+        ends = np.clip(np.sort(np.nan_to_num(ends, nan=middle)), middle - half, middle + half)
         parts.append(coloured(space.points(origin + ends[:, None] * direction)[None], RAY))
         marks = [space.name(f"space of instance {instance}")]
         # What is hit within is known when the walk there has come back.
