@@ -23,7 +23,9 @@ def shown() -> list[str]:
     """
     from ...sample_scenes import samples
 
-    return [name for name, sample in samples().items() if sample.described is None]
+    return [
+        name for name, each in samples().items() if each.described is None and each.parts is None
+    ]
 
 
 def make_blend_files(folder: Path, names: list[str]) -> list[str]:

@@ -6,6 +6,7 @@ by round (:mod:`timing`); quote ratios, not seconds. Every section is a file:
 - :mod:`speed`: the default hierarchy beside Embree, on real scenes and on Suzanne;
 - :mod:`structures`: our structures beside each other, slow peers, the teapot in a stadium;
 - :mod:`directional`: directional structures beside the hierarchy, with the rays they are for;
+- :mod:`csg`: trees of solids with bounds that are cut, from below, and without;
 - :mod:`hierarchies`: builders, optimisers, volumes and arities;
 - :mod:`quality`: cost of trees beside those of other programs;
 - :mod:`first_use`: compilation, and memory.
@@ -24,6 +25,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from csg import SCENES as CSG_SCENES
+from csg import markdown_csg, measure_csg, report_csg
 from directional import (
     SCENES,
     markdown_directional,
@@ -135,6 +138,8 @@ def measure(extent: Extent) -> dict:
         say("the stadium")
         found["stadium"] = measure_stadium(extent.rounds, extent.lines)
     if extent.directional:
+        say("trees of solids")
+        found["csg"] = measure_csg(CSG_SCENES, extent.rounds, extent.side, extent.lines)
         say("directional structures")
         found["directional"] = measure_directional(extent.directional, extent.rounds, extent.side)
     if extent.sections:
@@ -180,6 +185,7 @@ def report(found: dict) -> str:
         "slow": lambda: report_slow_peers(found["slow"]),
         "structures": lambda: report_structures("structures", found["structures"], "bvh"),
         "stadium": lambda: report_structures("stadium", found["stadium"], "grid"),
+        "csg": lambda: report_csg(found["csg"]),
         "directional": lambda: report_directional(found["directional"]),
         "hierarchies": lambda: report_hierarchies(found["hierarchies"]),
         "quality": lambda: report_quality(found["quality"]),
@@ -190,6 +196,7 @@ def report(found: dict) -> str:
         "speed": lambda: markdown_speed(found["speed"]),
         "slow": lambda: markdown_slow_peers(found["slow"]),
         "structures": lambda: markdown_structures(found["structures"]),
+        "csg": lambda: markdown_csg(found["csg"]),
         "directional": lambda: markdown_directional(found["directional"]),
         "hierarchies": lambda: markdown_hierarchies(found["hierarchies"]),
         "quality": lambda: markdown_quality(found["quality"]),
