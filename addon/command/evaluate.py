@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ...core.errors import InputError
-from ...core.kernels import has_numba, numba_fault
 from ...core.scene import Scene
 from .arguments import (
     SPECS,
@@ -33,6 +32,7 @@ from .output import (
     add_output_options,
     add_threads_option,
     note_on,
+    note_on_numba,
     progress_of,
     refuse_bad_outputs,
     say,
@@ -103,10 +103,7 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     images = image_files(arguments.image, workloads[0][0])
     rays_files = [settings.path for _, settings in workloads if hasattr(settings, "path")]
     refuse_bad_outputs(arguments, [*arguments.scenes, *rays_files], [arguments.hits, *images])
-    if not has_numba():
-        fault = numba_fault()
-        lack = f"Numba cannot be imported ({fault})" if fault else "no Numba here"
-        say(arguments, f"{lack}: kernels run as slow plain Python")
+    note_on_numba(arguments)
 
     batch = Batch(arguments, chosen, workloads, runs)
     with batch.results:

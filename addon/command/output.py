@@ -17,6 +17,7 @@ from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from ...core.errors import InputError, reason_of
+from ...core.kernels import has_numba, numba_fault
 from ...core.printing import print_lines, print_traceback
 from ...core.progress import SILENT, Progress, TerminalProgress
 from ...core.scene import Scene
@@ -81,6 +82,14 @@ def note_on(arguments: argparse.Namespace, scene: Scene, before: set[str] | None
             say(arguments, text)
     if before is not None:
         before.update(remarks)
+
+
+def note_on_numba(arguments: argparse.Namespace) -> None:
+    """Print that nothing is compiled here, if so, unless all is to be quiet."""
+    if not has_numba():
+        fault = numba_fault()
+        lack = f"Numba cannot be imported ({fault})" if fault else "no Numba here"
+        say(arguments, f"{lack}: kernels run as slow plain Python")
 
 
 def complain(text: str) -> None:

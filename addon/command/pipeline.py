@@ -25,6 +25,7 @@ from .output import (
     Results,
     add_threads_option,
     note_on,
+    note_on_numba,
     progress_of,
     refuse_bad_outputs,
     say,
@@ -100,6 +101,7 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     inputs = [*arguments.scenes, *([arguments.program] * arguments.program.endswith(".py"))]
     refuse_bad_outputs(arguments, inputs, [str(each) for each in images])
     program = program_at(arguments.program)
+    note_on_numba(arguments)
 
     progress = progress_of(arguments)
     _, open_one = scenes[0]

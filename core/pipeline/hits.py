@@ -5,6 +5,7 @@ Here is also what shaders are told of a primitive: the system values.
 
 from __future__ import annotations
 
+from ..errors import InputError
 from ..kernels import inlined, inner, whole
 from .records import call_at, words_of
 from .stage import (
@@ -97,7 +98,10 @@ def ask(stage, frame, t, kind, table, record):
     """Call an any hit shader, and return its verdict."""
     depth = stage.now[DEPTH]
     if stage.payloads[depth - 1, 1] != table[record, PAYLOAD_OF_ANY]:
-        raise TypeError("trace_ray was given a payload of another struct than any hit takes")
+        raise InputError(
+            "trace_ray was given a payload of another struct than any hit takes; is the hit group "
+            "of its index one of another class of rays?"
+        )
     frame.t_current, frame.hit_kind = t, kind
     count_call(stage, frame, ANY_HIT)
     tell(stage, ANY_HIT, depth, frame.contribution, frame.entered, frame.candidate, t)

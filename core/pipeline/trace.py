@@ -221,7 +221,10 @@ def call_closest_hit(bundle, stage, frame, ray):
     if table[record, CLOSEST] == NULL:
         return
     if stage.payloads[depth - 1, 1] != table[record, PAYLOAD_OF_CLOSEST]:
-        raise InputError("trace_ray was given a payload of another struct than closest hit takes")
+        raise InputError(
+            "trace_ray was given a payload of another struct than closest hit takes; is the hit "
+            "group of its index one of another class of rays?"
+        )
     frame.hit_kind = frame.kind
     count_call(stage, frame, CLOSEST_HIT)
     tell(stage, CLOSEST_HIT, depth, frame.contribution, instance, number, t)

@@ -41,8 +41,10 @@ def crowd():
         for turn, place in zip(rng.normal(size=(9, 3, 3)), rng.normal(size=(9, 3)) * 4.0)
     ])  # fmt: skip
     masks = np.array([1, 2, 4, 3, 5, 6, 7, 255, 0])
+    # Programs with two classes of rays have two hit groups for each geometry.
+    hit_groups = 2 * rng.integers(0, 3, 9)
     return Scene.from_instances(
-        instanced(meshes, rng.integers(0, 2, 9), matrices, masks, hit_groups=rng.integers(0, 3, 9)),
+        instanced(meshes, rng.integers(0, 2, 9), matrices, masks, hit_groups=hit_groups),
         "crowd",
     )
 
