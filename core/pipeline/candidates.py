@@ -35,6 +35,7 @@ from ..geometry.solids.mixed import MOVING_TRIANGLE, Mixed
 from ..geometry.triangle import NO_HIT
 from ..geometry.triangles import Triangles
 from ..kernels import dispatched, implements, inner, whole
+from ..structures.two_level.braided_walk import Braided
 from .barycentrics import faced
 from .hits import (
     CULLS_OPACITY,
@@ -116,8 +117,22 @@ class ShadedInstances(NamedTuple):
     stage: Any
 
 
-def shaded(geometry: Any, stage: Any) -> Shaded | ShadedInstances:
+class ShadedReferences(NamedTuple):
+    """References into instances, of a re-braided top level; see :class:`Shaded`."""
+
+    ids: np.ndarray
+    reach: np.ndarray
+    items: Any
+    stage: Any
+
+
+def shaded(geometry: Any, stage: Any) -> Shaded | ShadedInstances | ShadedReferences:
     """Return a geometry as one whose hits a program decides."""
+    if isinstance(geometry, Braided):
+        within = shaded(geometry.instances, stage).items
+        return ShadedReferences(
+            geometry.ids, geometry.reach, geometry._replace(instances=within), stage
+        )
     if isinstance(geometry, Instances):
         inner_items = shaded(geometry.items, stage)
         return ShadedInstances(
@@ -128,6 +143,7 @@ def shaded(geometry: Any, stage: Any) -> Shaded | ShadedInstances:
 
 implements(test_leaf, Shaded)(test_items)
 implements(test_leaf, ShadedInstances)(test_items)
+implements(test_leaf, ShadedReferences)(test_items)
 
 
 @implements(of_mesh, Shaded)
@@ -149,6 +165,19 @@ def intersect_shaded_instance(geometry, index, ray, limit, number, workspace, lo
         return NO_HIT, first
     frame.entered = whole(geometry.ids[index])
     frame.enter, frame.leave = span_box(items.boxes, index, ray, np.inf)
+    return intersect(items, index, ray, limit, number, workspace, log)
+
+
+@implements(intersect, ShadedReferences)
+def intersect_shaded_reference(geometry, index, ray, limit, number, workspace, log):
+    """Do the same for the instance that is referred to; the walk begins at a node of its mesh."""
+    items, stage = geometry.items, stage_at(geometry.stage)
+    frame = frame_of(stage, stage.now[DEPTH] - 1)
+    instance = whole(geometry.ids[index])
+    if frame.has_ended != 0:
+        return NO_HIT, items.instances.first[instance]
+    frame.entered = instance
+    frame.enter, frame.leave = span_box(items.instances.boxes, instance, ray, np.inf)
     return intersect(items, index, ray, limit, number, workspace, log)
 
 

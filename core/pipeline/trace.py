@@ -32,7 +32,7 @@ from ..geometry.rays import ray_along
 from ..geometry.solids.mixed import MOVING_TRIANGLE, Mixed
 from ..geometry.triangles import Triangles
 from ..kernels import dispatched, implements, inner, kernel, whole
-from .candidates import Shaded, ShadedInstances
+from .candidates import Shaded, ShadedInstances, ShadedReferences
 from .hits import describe, record_of, vertices_of
 from .records import call_at, record_at, words_at, words_of
 from .stage import (
@@ -249,6 +249,7 @@ def may_meet_all(geometry, mask):
     return (mask & 255) != 0
 
 
+@implements(may_meet, ShadedReferences)
 @implements(may_meet, ShadedInstances)
 def may_meet_instances(geometry, mask):
     """Leave it to the instances."""
@@ -277,9 +278,16 @@ def describe_hit_item(geometry, stage, frame, ray):
 @implements(describe_hit, ShadedInstances)
 def describe_hit_within(geometry, stage, frame, ray):
     """Move the ray into the instance."""
-    items, instance = geometry.items, frame.instance
-    place = stage.places[instance]
+    items, place = geometry.items, stage.places[frame.instance]
     within = moved_ray(items.to_object[place], ray, items.reaches[items.mesh[place]])
+    return describe_hit(items.items, stage, frame, within)
+
+
+@implements(describe_hit, ShadedReferences)
+def describe_hit_referred_to(geometry, stage, frame, ray):
+    """Move the ray into the instance; instances are in their own order."""
+    items, instance = geometry.items.instances, frame.instance
+    within = moved_ray(items.to_object[instance], ray, items.reaches[items.mesh[instance]])
     return describe_hit(items.items, stage, frame, within)
 
 

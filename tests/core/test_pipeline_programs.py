@@ -16,6 +16,7 @@ from accelscope.core.pipeline.loading import program_from, program_named, progra
 from accelscope.core.pipeline.stage import STAGE_NAMES
 from accelscope.core.scene import Scene, point_lights
 from accelscope.core.scene.camera_rays import camera_rays, framing_camera
+from accelscope.core.settings import parse, parse_spec
 from accelscope.core.structures import structure_named
 from accelscope.sample_scenes import make_sample
 
@@ -24,6 +25,9 @@ SIZE = 12
 PROCEDURAL = {"spheres", "torus"}
 
 STRUCTURES = ("naive", "bvh", "kdtree", "grid")
+TWO_LEVELS = (
+    "two_level", "two_level:rebraid=partial", "two_level:blas=grid", "two_level:shared=false",
+)  # fmt: skip
 
 
 def scene_for(name):
@@ -49,9 +53,10 @@ def crowd():
     )
 
 
-def build(scene, structure):
-    kind = structure_named(structure)
-    return kind.build(scene, kind.Settings())
+def build(scene, spec):
+    name, texts = parse_spec(spec)
+    kind = structure_named(name)
+    return kind.build(scene, parse(kind.Settings, texts, spec))
 
 
 def rays_of(scene, size):
@@ -70,7 +75,8 @@ def test_every_structure_gives_the_same_picture(name, over):
     if over == "instances" and name in PROCEDURAL:
         pytest.skip("instances of solids are like those of triangles")
     scene = crowd() if over == "instances" else scene_for(name)
-    pictures = {each: launch(scene, name, each, plain=True) for each in STRUCTURES}
+    structures = (*STRUCTURES, *TWO_LEVELS) if over == "instances" else STRUCTURES
+    pictures = {each: launch(scene, name, each, plain=True) for each in structures}
     first = pictures["naive"]
     assert first.totals["closest_hit"] > 0
     for each, picture in pictures.items():
