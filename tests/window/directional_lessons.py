@@ -29,6 +29,11 @@ LESSONS = {
 }
 """The lessons, and knobs that change their picture."""
 
+ONLY = sys.argv[sys.argv.index("--") + 2 :] if "--" in sys.argv else []
+"""Names of lessons to be looked at alone, behind the zip."""
+
+CHOSEN = [name for name in LESSONS if not ONLY or name in ONLY]
+
 
 def user_scene() -> None:
     """A monkey on a floor, one lamp and one camera, in the place of what a new file has."""
@@ -56,7 +61,7 @@ def install_zip() -> Steps:
 @session.step
 def go_through_all() -> Steps:
     """Each lesson by its own sample: as it begins, in the dark; at other knobs, in the light."""
-    for name, knobs in LESSONS.items():
+    for name in CHOSEN:
         settings().teaching.lesson = name
         yield 0.5
         if bpy.context.window.scene.name == "Scene":
@@ -66,7 +71,7 @@ def go_through_all() -> Steps:
         yield 0.5
         in_view()
         station(name)
-        for knob, value in knobs.items():
+        for knob, value in LESSONS[name].items():
             setattr(getattr(settings().lessons, name), knob, value)
         use_theme(light=True)
         yield 1.0
@@ -86,7 +91,7 @@ def on_what_the_user_has() -> Steps:
     yield lambda: bpy.context.window.scene.name == "Scene"
     for obj in bpy.context.scene.objects:
         obj.select_set(obj.type == "MESH")
-    for name in LESSONS:
+    for name in CHOSEN:
         settings().teaching.lesson = name
         yield 0.5
         yield from session.press("accelscope.use_my_mesh(", across=0.7)
