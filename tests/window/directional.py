@@ -50,6 +50,17 @@ def look_at(place: tuple, distance: float) -> None:
     view.view_location = Vector(place) + view.view_rotation @ Vector((0.14 * distance, 0.0, 0.0))
 
 
+def moved(name: str, axis: int, text: str, picture: str) -> Steps:
+    """Move an object: the panel says what that is by itself, and that it is back."""
+    obj = bpy.data.objects[name]
+    obj.location[axis] += 0.5
+    yield lambda: said() == f"Out of date: {text}"
+    yield 1.0
+    station(picture)
+    obj.location[axis] -= 0.5
+    yield lambda: said() == "Up to date"
+
+
 @session.step
 def prepare() -> Steps:
     """A monkey, a lamp, a camera."""
@@ -82,14 +93,8 @@ def around_the_lamp() -> Steps:
 
 @session.step
 def the_lamp_moves() -> Steps:
-    """The panel says by itself that the lamp was moved, and that it is back."""
-    lamp = bpy.data.objects["Lamp"]
-    lamp.location.z += 0.5
-    yield lambda: said() == "Out of date: the lights were changed"
-    yield 1.0
-    station("lamp_moved")
-    lamp.location.z -= 0.5
-    yield lambda: said() == "Up to date"
+    """A light buffer is out of date when its lamp is moved."""
+    yield from moved("Lamp", 2, "the lights were changed", "lamp_moved")
 
 
 @session.step
@@ -100,13 +105,7 @@ def before_the_camera() -> Steps:
     look_at((1.0, -1.0, 0.4), 7.0)
     yield 1.0
     station("image_directory")
-    eye = bpy.data.objects["Eye"]
-    eye.location.x += 0.5
-    yield lambda: said() == "Out of date: the camera was moved"
-    yield 1.0
-    station("camera_moved")
-    eye.location.x -= 0.5
-    yield lambda: said() == "Up to date"
+    yield from moved("Eye", 0, "the camera was moved", "camera_moved")
 
 
 @session.step

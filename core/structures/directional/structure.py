@@ -73,7 +73,7 @@ LONGEST_LIST = Figure("longest_list", "length of the longest list", "Longest lis
 LARGEST, SMALLEST = 0.2, 0.05
 """Half the edge of a cube that is drawn, in the scene's diagonals."""
 
-BEFORE = 0.6
+BEFORE = 0.57
 """That, in the way to the nearest item; more, and the corners would reach it."""
 
 
