@@ -9,9 +9,15 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
+from typing import Any
+
+import numpy as np
 
 from ..contract.structure import Structure
 from ..errors import InputError
+from ..geometry.csg.trees import Csg
+from ..geometry.geometry import in_order
+from ..geometry.instances import Instanced
 
 
 def module_names() -> list[str]:
@@ -63,3 +69,23 @@ def structure_named(name: str) -> type[Structure]:
 def structures_that_are(protocol: type) -> list[type[Structure]]:
     """Return those that can what one of :mod:`..contract.protocols` says."""
     return [each for each in structures().values() if issubclass(each, protocol)]
+
+
+# Whatever is built over instances or trees of solids, their meshes have hierarchies of their own:
+# those of a bvh, which is imported when there are any.
+
+
+@in_order.register
+def _(geometry: Instanced, order: np.ndarray) -> Any:
+    from .bvh.forest import instances_of
+    from .bvh.settings import BVHSettings
+
+    return in_order(instances_of(geometry, BVHSettings()), order)
+
+
+@in_order.register
+def _(geometry: Csg, order: np.ndarray) -> Any:
+    from .bvh.forest import csg_of_forest
+    from .bvh.settings import BVHSettings
+
+    return in_order(csg_of_forest(geometry, BVHSettings()), order)

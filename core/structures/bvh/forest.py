@@ -24,7 +24,6 @@ from ...geometry.instances import Instanced, as_single, inverted, levels_of_mesh
 from ...geometry.triangles import Triangles
 from ...progress import SILENT, Progress
 from .grouping import group
-from .settings import BVHSettings
 from .topology.tree import Tree
 from .walks.binary_walk import Binary
 
@@ -140,11 +139,6 @@ def joined_instances(
     return in_order(instances_of(whole, settings, progress, bottom), order)
 
 
-@in_order.register
-def _(geometry: Instanced, order: np.ndarray) -> Instances:
-    return in_order(instances_of(geometry, BVHSettings()), order)
-
-
 def csg_of_forest(geometry: Csg, settings: Any, progress: Progress = SILENT) -> CsgTrees:
     """Return trees of solids as kernels see them, with a hierarchy for each closed mesh.
 
@@ -176,8 +170,3 @@ def csg_of_forest(geometry: Csg, settings: Any, progress: Progress = SILENT) -> 
     forest.volumes.rows[:, :3] -= margin
     forest.volumes.rows[:, 3:] += margin
     return trees_of(geometry, forest, roots, items.corners, items.ids)
-
-
-@in_order.register
-def _(geometry: Csg, order: np.ndarray) -> CsgTrees:
-    return in_order(csg_of_forest(geometry, BVHSettings()), order)
