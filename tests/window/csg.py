@@ -27,6 +27,7 @@ from guide import (
     status,
 )
 from session import Steps
+from taught import shown
 
 LEFT_OUT = "lessons", "display", "rays", "output"
 """Modules of panels for which the window has no room."""
@@ -118,12 +119,12 @@ def a_sample() -> Steps:
 @session.step
 def lessons() -> Steps:
     """The lessons on cutting, on their own samples."""
-    lesson = part("addon.results.lesson_view").current
     for name in ("csg_cutting", "csg_intervals", "csg_tests"):
         settings().teaching.lesson = name
-        bpy.ops.accelscope.teach("INVOKE_DEFAULT", subject="SAMPLE")
-        yield lambda: running() is None and lesson.picture is not None
-        yield 2.0
+        yield 0.5
+        if bpy.context.window.scene.name == "Scene":
+            bpy.ops.accelscope.teach("INVOKE_DEFAULT", subject="SAMPLE")
+        yield lambda name=name: shown(name)
         over_viewport()
         yield 1.0
         station(name)
