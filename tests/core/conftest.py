@@ -145,7 +145,10 @@ SOLIDS = ["balls", "gears", "jacks", "lattice", "mount", "rings", "shells", "tea
 SOLIDS += ["csg_classic", "csg_rook", "csg_plate", "csg_chain"]
 """Samples of other items than triangles: test_structures_over_samples.py traces those."""
 
-TRIANGLES = [name for name in samples() if name not in SOLIDS]
+INSTANCES = ["crowd", "forest", "overlapping"]
+"""Samples of instances: test_instances.py, test_two_level.py and test_rebraid.py trace such."""
+
+TRIANGLES = [name for name in samples() if name not in (*INSTANCES, *SOLIDS)]
 SCENES = [*TRIANGLES, *HAND_MADE]
 
 

@@ -69,7 +69,7 @@ class TwoLevel(Structure):
     """
 
     name = "two_level"
-    label = "Two Levels"
+    label = "Two Level"
     summary = "A top level over instances, and a bottom level for each mesh"
     Settings = TwoLevelSettings
     keeps_instances = True
