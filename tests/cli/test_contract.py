@@ -13,7 +13,7 @@ import pytest
 from accelscope.core.contract.counters import counters_within, names_of
 from accelscope.core.contract.lazy import MadeByRays
 from accelscope.core.evaluation.pages import view
-from accelscope.core.evaluation.records.report import figures
+from accelscope.core.evaluation.records.report import figures, said_of_items
 from accelscope.core.settings import describe
 from accelscope.core.structures import general_structures, structures
 
@@ -146,7 +146,12 @@ def test_a_record_has_what_its_structure_declares_and_nothing_else(evaluate, nam
     declared = {figure.key.split(".")[0] for figure in structure.FIGURES}
     assert set(record["statistics"]) <= declared
     shown = {label for _, label, _ in figures(record)}
-    assert {each.label for each in structure.COUNTERS if each.name in counted} <= shown
+    labels = {
+        said_of_items(record, each.label, each.name)
+        for each in structure.COUNTERS
+        if each.name in counted
+    }
+    assert labels <= shown
 
 
 def test_the_document(run):
