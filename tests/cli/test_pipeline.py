@@ -58,7 +58,7 @@ BAD = {
         "the program has no ray generation shader",
     ),
     "no program": (changed("PROGRAM = ", "OTHER = "), "has no PROGRAM; end it with PROGRAM ="),
-    "no Python": (changed("PROGRAM = Program", "PROGRAM = = Program"), "bad.py, line 5"),
+    "no Python": (changed("PROGRAM = Program", "PROGRAM = = Program"), "bad.py, line 46: invalid"),
     "an exception while it is read": (
         changed("PROGRAM = ", "print(unheard_of)\nPROGRAM = "), "NameError",
     ),
