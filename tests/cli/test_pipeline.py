@@ -52,13 +52,17 @@ def changed(old, new):
     return source.replace(old, new)
 
 
+LINE = source_of("lecture").partition("PROGRAM = Program")[0].count("\n") + 1
+
 BAD = {
     "no ray generation": (
         changed("    ray_generation=ray_generation,\n", ""),
         "the program has no ray generation shader",
     ),
     "no program": (changed("PROGRAM = ", "OTHER = "), "has no PROGRAM; end it with PROGRAM ="),
-    "no Python": (changed("PROGRAM = Program", "PROGRAM = = Program"), "bad.py, line 46: invalid"),
+    "no Python": (
+        changed("PROGRAM = Program", "PROGRAM = = Program"), f"bad.py, line {LINE}: invalid",
+    ),
     "an exception while it is read": (
         changed("PROGRAM = ", "print(unheard_of)\nPROGRAM = "), "NameError",
     ),
