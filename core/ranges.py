@@ -22,3 +22,10 @@ def ranges(begins: np.ndarray | int, sizes: np.ndarray) -> np.ndarray:
     ends = np.cumsum(sizes, dtype=np.int64)
     total = ends[-1] if len(ends) else 0
     return np.arange(total, dtype=np.int64) + np.repeat(begins - (ends - sizes), sizes)
+
+
+def longer(array: np.ndarray, length: int) -> np.ndarray:
+    """Return a copy of an array with room for `length` rows; those that are new are zero."""
+    new = np.zeros((length, *array.shape[1:]), array.dtype)
+    new[: len(array)] = array
+    return new

@@ -21,6 +21,7 @@ from .events import (
     MAILBOX,
     MASKED,
     POSTPONE,
+    STRANGER,
     TEST,
     VISIT_EMPTY,
     VISIT_INNER,
@@ -81,6 +82,10 @@ POSTPONED_HITS = Counter(
 CELLS_SKIPPED = Counter(
     "cells_skipped", "Cells skipped",
     "cells passed in the steps of others, or not needed any more", (JUMP,), is_sum=True,
+)  # fmt: skip
+STRANGERS = Counter(
+    "strangers", "Strangers", "rays that cells do not know, tested against all items", (STRANGER,),
+    column="strangers",
 )  # fmt: skip
 
 

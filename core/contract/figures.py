@@ -68,6 +68,11 @@ EXPECTED_TESTS = Figure("expected_tests", "triangles in the leaves that such a l
 EXPECTED_VOLUME_TESTS = Figure("expected_volume_tests", "volumes that are tested for such a line")
 LEAF_SIZES = Figure("leaf_sizes", "number of leaves by their size")
 DEPTHS = Figure("depths", "number of leaves by their depth")
+LIST_SHARE = Figure("list_share", "mean_list / number of items", "Mean list / N", section="Lists")
+REFERENCES_KEPT = Figure(
+    "references_kept", "references that are stored: cells may share lists", "References stored",
+    "count", section="Lists",
+)  # fmt: skip
 
 OF_CELLS = N_V, N_EV, N_OIV, MEAN_LEAF_SIZE
 """Of what has cells, and no inner nodes."""

@@ -15,6 +15,7 @@ from ...geometry.shapes import Shapes
 from ...kernels import call
 from ...memory import MOST_NUMBERS, refuse_if_too_large
 from ...progress import Progress
+from ...ranges import longer
 from ..subdivision.frontier import DEPTH_FIRST, drop, enlarged, make_frontier, peek
 from ..subdivision.settings import ADVICE
 from ..subdivision.subtrees import (
@@ -278,13 +279,6 @@ def with_room(
         refuse_if_too_large(24 * size, f"a bsp of over {before[0]} references", ADVICE)
         lists = lists._replace(points=longer(lists.points, size))
     return tree, lists
-
-
-def longer(array: np.ndarray, length: int) -> np.ndarray:
-    """Return an array with room for `length` rows."""
-    new = np.zeros((length, *array.shape[1:]), array.dtype)
-    new[: len(array)] = array
-    return new
 
 
 def finish(tree: Growing, lists: Lists) -> Grown:

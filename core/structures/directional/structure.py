@@ -8,16 +8,18 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...contract.cells import Cells, rectangles
-from ...contract.counters import N_EETS, N_ETS, N_IT, N_TS, Counter
-from ...contract.events import COVER, OVERLOOK, RECALL, STRANGER
+from ...contract.counters import N_EETS, N_ETS, N_IT, N_TS, STRANGERS, Counter
+from ...contract.events import COVER, OVERLOOK, RECALL
 from ...contract.figures import (
     LEAF_SIZES,
+    LIST_SHARE,
     MAX_DEPTH,
     MEAN_LEAF_SIZE,
     N_EV,
     N_IN,
     N_OIV,
     N_V,
+    REFERENCES_KEPT,
     Figure,
 )
 from ...contract.statistics import Statistics
@@ -46,14 +48,9 @@ OVERLOOKED = Counter(
     "overlooked", "Overlooked", "rays that are blocked by what was not drawn into their cell",
     (OVERLOOK,),
 )  # fmt: skip
-STRANGERS = Counter(
-    "strangers", "Strangers", "rays that cells do not know, tested against all items", (STRANGER,),
-    column="strangers",
-)  # fmt: skip
 
 MEAN_LIST = Figure("mean_list", "length of lists, on average over all directions in which there is "
                    "something", "Mean list", section="Lists", column="mean list")  # fmt: skip
-LIST_SHARE = Figure("list_share", "mean_list / number of items", "Mean list / N", section="Lists")
 LIST_OVER_EXACT = Figure(
     "list_over_exact", "references / references that exact insertion into the same cells has",
     "Lists / exact lists", section="Lists",
@@ -61,10 +58,6 @@ LIST_OVER_EXACT = Figure(
 COVERED_SHARE = Figure(
     "covered_share", "share of all directions that go through cells which one item covers",
     "Covered directions", section="Lists",
-)  # fmt: skip
-LISTS_KEPT = Figure(
-    "references_kept", "references that are stored: cells may share lists", "References stored",
-    "count", section="Lists",
 )  # fmt: skip
 LONGEST_LIST = Figure("longest_list", "length of the longest list", "Longest list", "count",
                       section="Lists")  # fmt: skip
@@ -83,7 +76,8 @@ class Directional(Structure):
     COUNTERS = N_TS, N_ETS, N_EETS, N_IT, COVERED, RECALLED, OVERLOOKED, STRANGERS
     FIGURES: ClassVar[tuple[Figure, ...]] = (
         N_IN, N_V, N_EV, N_OIV, MAX_DEPTH, MEAN_LEAF_SIZE,
-        MEAN_LIST, LIST_SHARE, LIST_OVER_EXACT, LISTS_KEPT, LONGEST_LIST, COVERED_SHARE, LEAF_SIZES,
+        MEAN_LIST, LIST_SHARE, LIST_OVER_EXACT, REFERENCES_KEPT, LONGEST_LIST, COVERED_SHARE,
+        LEAF_SIZES,
     )  # fmt: skip
     BYTES_PER_TRIANGLE = 200
     """Copies of boxes, balls and corners, and the order of all items for both threads; lists are

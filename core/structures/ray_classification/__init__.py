@@ -25,7 +25,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...contract.cells import Cells
-from ...contract.counters import N_EETS, N_ETS, N_IT, N_TS, VOLUME_TESTS, Counter
+from ...contract.counters import N_EETS, N_ETS, N_IT, N_TS, STRANGERS, VOLUME_TESTS
 from ...contract.events import (
     NONE,
     SKIP,
@@ -38,12 +38,14 @@ from ...contract.events import (
 )
 from ...contract.figures import (
     LEAF_SIZES,
+    LIST_SHARE,
     MAX_DEPTH,
     MEAN_LEAF_SIZE,
     N_EV,
     N_IN,
     N_OIV,
     N_V,
+    REFERENCES_KEPT,
     Figure,
 )
 from ...contract.lazy import CELLS_MADE, MadeByRays
@@ -59,10 +61,11 @@ from ...geometry.rays import ALL, ANY, RayArrays, Rays, make_probe
 from ...geometry.shapes import shapes_of
 from ...kernels import call, implements, kernel, whole
 from ...progress import SILENT, Progress
+from ...ranges import longer
 from ...scene import Scene
 from ...settings import setting
 from . import ray_space
-from .making import SIMILAR, Rule, longer, make, ordered, roots_of, without_old
+from .making import SIMILAR, Rule, make, ordered, roots_of, without_old
 from .ray_space import LEAF, NO_LIST, UNMADE, find_cell, is_known, slack_of
 
 KEEP, EQUAL, MUCH_ALIKE = "none", "equal", "similar"
@@ -70,20 +73,9 @@ KEEP, EQUAL, MUCH_ALIKE = "none", "equal", "similar"
 CHUNK = 1 << 14
 """Rays that are traced before lists are thrown away, if that is asked for."""
 
-STRANGERS = Counter(
-    "strangers", "Strangers", "rays that cells do not know, tested against all items", (STRANGER,),
-    column="strangers",
-)  # fmt: skip
-"""They begin too far away, see :data:`.ray_space.FARTHEST`."""
-
 MADE_SHARE = Figure("made_share", "cells that rays have come to / cells there are", "Share made")
 MEAN_LIST = Figure("mean_list", "length of lists, on average over all of ray space that is made",
                    "Mean list", section="Lists", column="mean list")  # fmt: skip
-LIST_SHARE = Figure("list_share", "mean_list / number of items", "Mean list / N", section="Lists")
-REFERENCES_KEPT = Figure(
-    "references_kept", "references that are stored: cells may share lists", "References stored",
-    "count", section="Lists",
-)  # fmt: skip
 LISTS_DROPPED = Figure("lists_dropped", "lists that were thrown away", "Lists thrown away", "count",
                        section="Lists")  # fmt: skip
 

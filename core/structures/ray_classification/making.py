@@ -21,7 +21,7 @@ from ...geometry.shapes import Shapes
 from ...kernels import call, inner, kernel, whole
 from ...memory import refuse_if_too_large
 from ...progress import Progress
-from ...ranges import ranges
+from ...ranges import longer, ranges
 from .beam import MOST_PLANES, blocks_beam, bound_beam, box_in_beam, reaches_beam
 from .ray_space import LEAF, NO_LIST, ROOTS, TIME, UNMADE, Cells
 
@@ -266,13 +266,6 @@ def with_room(cells: Cells, known: Known, n_cells: int) -> tuple[Cells, Known]:
     """Return copies of both with room for so many cells."""
     fields: dict[str, Any] = {name: longer(getattr(cells, name), n_cells) for name in OF_CELLS}
     return cells._replace(**fields), Known(*(longer(values, n_cells) for values in known))
-
-
-def longer(array: np.ndarray, length: int) -> np.ndarray:
-    """Return a copy of an array with room for `length` rows."""
-    new = np.zeros((length, *array.shape[1:]), array.dtype)
-    new[: len(array)] = array[:length]
-    return new
 
 
 def make(
