@@ -13,7 +13,9 @@ from accelscope.core.contract.events import (
     VISIT_INNER,
     VISIT_LEAF,
 )
+from accelscope.core.contract.within import within_of
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST
+from accelscope.core.scene.placing import by_objects
 
 QUERIES = {"closest": CLOSEST, "any": ANY, "all": ALL}
 
@@ -37,9 +39,19 @@ def test_tally_equals_counters(lab, build, variant, sample, query):
         if hits.primitive[i] < 0:
             assert len(found) == 0
         else:
-            last = found[-1]
-            assert steps.primitive[last] == hits.primitive[i]
+            last = found[np.flatnonzero(steps.level[found] == 0)[-1]]
+            assert hit_by(steps, last, scene) == hits.primitive[i]
             assert steps.t_enter[last] == hits.t[i]
+
+
+def hit_by(steps, event, scene):
+    """The primitive of a hit: of one noted as an instance, that which was hit within it."""
+    number = steps.primitive[event]
+    if not (steps.level > 0).any():
+        return number
+    inner = within_of(steps, np.array([event]), 1)[0]
+    assert inner < event
+    return by_objects(scene).geometry.first[number] + steps.primitive[inner]
 
 
 def test_a_batch_remembers_its_own_queries(lab, build):
