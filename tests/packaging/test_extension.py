@@ -144,11 +144,17 @@ def figures(path: Path) -> list[dict]:
     """Return the records of an experiment without what a clock or a machine decides."""
     records = json.loads(path.read_text(encoding="utf-8"))["records"]
     kept = ("scene", "structure", "rays", "statistics", "trace")
+    return [{part: untimed(record[part]) for part in kept} for record in records]
+
+
+def untimed(part: dict) -> dict:
+    """Return a part of a record, and what is in it, without times."""
     timed = ("seconds", "rays_per_second", "threads")
-    return [
-        {part: {k: v for k, v in record[part].items() if k not in timed} for part in kept}
-        for record in records
-    ]
+    return {
+        key: untimed(value) if isinstance(value, dict) else value
+        for key, value in part.items()
+        if key not in timed
+    }
 
 
 @pytest.fixture(scope="session")
