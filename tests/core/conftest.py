@@ -37,6 +37,7 @@ SMALL = {
     "soup": "soup:count=500,edge=0.2",
     "csg_plate": "csg_plate:holes=3",
     "csg_chain": "csg_chain:size=12",
+    "facade": "facade:floors=2,bays=2",
 }
 
 # Beside the settings that are found by themselves: one more per boolean and per choice.
@@ -142,7 +143,7 @@ HAND_MADE = {
 }
 
 SOLIDS = ["balls", "gears", "jacks", "lattice", "mount", "rings", "shells", "teapot", "tree"]
-SOLIDS += ["csg_classic", "csg_rook", "csg_plate", "csg_chain"]
+SOLIDS += ["csg_classic", "csg_rook", "csg_plate", "csg_chain", "room", "facade"]
 """Samples of other items than triangles: test_structures_over_samples.py traces those."""
 
 INSTANCES = ["crowd", "forest", "overlapping"]

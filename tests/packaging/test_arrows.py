@@ -23,7 +23,7 @@ BELOW = {
 }
 # The rooms of the core from the ground up; the ground itself are the modules beside them.
 ROOMS = (
-    "geometry", "scene", "files", "contract", "structures", "sah", "pipeline", "lessons",
+    "geometry", "scene", "files", "contract", "structures", "sah", "pipeline", "probes", "lessons",
     "evaluation",
 )  # fmt: skip
 

@@ -46,8 +46,9 @@ from ..subdivision.structure import FIGURES, Subdivision, Topology, padded_box, 
 from ..subdivision.subtrees import Limits
 from ..subdivision.walks import WALKS
 from .build import grow_tree
-from .cells import Measures, covered_areas, measured, polygons
+from .cells import Measures, measured, polygons
 from .grown import Grown
+from .parts import Parts, covered_areas, parts_in_leaves
 from .planes import Autopartition, Heuristic, directions_of
 from .storage import BspArrays, BspMarch
 
@@ -196,6 +197,11 @@ class Bsp(Subdivision):
     def gaps(self) -> float:
         """Return what the shells of all cuts may hold."""
         return self.arrays.tree.shell * float(self.grown.area[self.grown.link > 0].sum())
+
+    def parts(self) -> Parts:
+        """Return what the planes have made of the items: their parts, leaf after leaf."""
+        tree = self.arrays.tree
+        return parts_in_leaves(self.grown, shapes_of(self.geometry, tree.shell), tree.shell)
 
     def cells(self, progress: Progress = SILENT) -> Cells:
         """Return the cells of all nodes as polyhedra, with the planes that cut them."""

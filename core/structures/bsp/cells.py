@@ -10,14 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contract.cells import Polygons
-from ...geometry.length import polygon_area
-from ...geometry.shapes import Shapes
-from ...kernels import call, inner, kernel, whole
+from ...kernels import call, inner, kernel
 from ...progress import SILENT, Progress
 from ...ranges import ranges
 from .grown import Grown
 from .polyhedron import clip, make_polyhedra, measure
-from .references import MOST_PLANES, Lists, append_side
 
 
 class Measures(NamedTuple):
@@ -159,58 +156,3 @@ def polygons(
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     points = loops.points[ranges(ends - sizes, sizes)]
     return faces, Polygons(points, offsets, inner_nodes)
-
-
-@kernel
-def add_cut_areas(tree, nodes, shapes, shell, lists, path, areas):
-    """Add to `areas`, per item, those of its parts in the leaves that list it.
-
-    Returns the number of entries of leaves of which nothing is left.
-    """
-    n_empty = 0
-    for leaf in range(len(nodes)):
-        node, height = nodes[leaf], 0
-        while node > 0:
-            path[height] = node
-            height += 1
-            node = whole(tree.parent[node])
-        for entry in range(tree.offsets[leaf], tree.offsets[leaf + 1]):
-            item = tree.references[entry]
-            begin, count = shapes.start[item], shapes.size[item]
-            lists.item[0], lists.start[0], lists.size[0] = item, 0, count
-            lists.used[0], lists.used[1] = 1, count
-            for i in range(count):
-                for axis in range(3):
-                    lists.points[i, axis] = shapes.points[begin + i, axis]
-            reference, kept = whole(0), whole(1)
-            for i in range(height - 1, -1, -1):
-                above = tree.parent[path[i]]
-                sign = -1.0 if tree.link[above] == path[i] else 1.0
-                if kept == 1:
-                    kept = append_side(lists, reference, 1, tree.planes[above], sign, shell)
-                    reference += 1
-            if kept == 0:
-                n_empty += 1
-                continue
-            first, size = lists.start[reference], lists.size[reference]
-            areas[item] += polygon_area(lists.points, first, first + size)
-    return n_empty
-
-
-def covered_areas(tree: Grown, shapes: Shapes, shell: float) -> tuple[np.ndarray, int]:
-    """Return of every item the area of its parts in leaves, and how many parts are nothing.
-
-    The area of what is not cut means nothing.
-    """
-    depth = int(tree.depth.max()) + 2
-    most = int(shapes.size.max()) + MOST_PLANES
-    lists = Lists(
-        np.zeros(depth, np.int32), np.zeros(depth, np.int64), np.zeros(depth, np.int32),
-        np.zeros((depth * most, 3)), np.zeros(1, np.int32), np.zeros(3, np.int64), shapes.is_cut,
-    )  # fmt: skip
-    areas = np.zeros(len(shapes.start))
-    nodes = np.empty(len(tree.offsets) - 1, np.int64)
-    leaves = np.flatnonzero(tree.link < 0)
-    nodes[-1 - tree.link[leaves]] = leaves
-    path = np.zeros(depth, np.int64)
-    return areas, int(call(add_cut_areas, tree, nodes, shapes, shell, lists, path, areas))
