@@ -32,6 +32,7 @@ from . import handout as command_handout
 from . import lessons as command_lessons
 from . import pipeline as command_pipeline
 from . import prepare as command_prepare
+from . import probes as command_probes
 from .arguments import SPECS, OpenFile, Parser
 from .output import NOTHING, CannotPrint, complain, print_result, reason_told
 
@@ -59,6 +60,7 @@ def make_parser() -> argparse.ArgumentParser:
     command_film.add_parser(commands)
     command_handout.add_parser(commands)
     command_pipeline.add_parser(commands)
+    command_probes.add_parser(commands)
     command_prepare.add_parser(commands)
     parser.knobbed = {name: commands.choices[name] for name in ("lesson", "film")}
     return parser
@@ -149,12 +151,13 @@ def run_list(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
 
 
 def everything() -> dict[str, dict[str, Any]]:
-    """Return all structures, workloads and sample scenes by kind and name."""
+    """Return all structures, workloads, probes and sample scenes by kind and name."""
+    from ...core.evaluation.probes.kinds import PROBES
     from ...core.evaluation.rays.workloads import WORKLOADS
     from ...core.structures import structures
     from ...sample_scenes import samples
 
-    return {"structures": structures(), "rays": WORKLOADS, "samples": samples()}
+    return {"structures": structures(), "rays": WORKLOADS, "probes": PROBES, "samples": samples()}
 
 
 def list_json() -> str:

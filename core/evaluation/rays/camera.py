@@ -28,8 +28,8 @@ def vector(label: str, description: str) -> Any:
 
 
 @dataclass(frozen=True)
-class ViewSettings:
-    """Settings of a camera, whatever its rays are for."""
+class PictureSettings:
+    """Settings of a camera, and of the size of its picture."""
 
     rays: ClassVar[str] = "camera"
     """The workload, for messages."""
@@ -54,6 +54,12 @@ class ViewSettings:
     )
     width: int = setting(512, "Width", "Rays in a row", unit="rays", minimum=1, maximum=65536)
     height: int = setting(512, "Height", "Rows of rays", unit="rays", minimum=1, maximum=65536)
+
+
+@dataclass(frozen=True)
+class ViewSettings(PictureSettings):
+    """Settings of a camera, whatever its rays are for."""
+
     pixel: str = setting(
         "centre",
         "Pixel",
@@ -151,7 +157,7 @@ def refuse_darkness(scene: Scene) -> None:
         )
 
 
-def refuse_no_view(settings: ViewSettings) -> None:
+def refuse_no_view(settings: PictureSettings) -> None:
     """Raise InputError for a camera that looks at where it stands."""
     if settings.from_ == settings.at != (0.0, 0.0, 0.0):
         raise InputError(
@@ -159,20 +165,20 @@ def refuse_no_view(settings: ViewSettings) -> None:
         )
 
 
-def camera_used(scene: Scene, settings: ViewSettings) -> dict[str, Any]:
+def camera_used(scene: Scene, settings: PictureSettings) -> dict[str, Any]:
     """Return the camera and where it comes from, as JSON takes it, for a record."""
     camera = camera_of(scene, settings).to_json()
     return {"source": source_of_camera(scene, settings), **camera}
 
 
-def source_of_camera(scene: Scene, settings: ViewSettings) -> str:
+def source_of_camera(scene: Scene, settings: PictureSettings) -> str:
     """Say where the camera comes from: "settings", "scene" or "framing"."""
     if settings.from_ != settings.at:
         return "settings"
     return "framing" if scene.camera is None else "scene"
 
 
-def camera_of(scene: Scene, settings: ViewSettings) -> Camera:
+def camera_of(scene: Scene, settings: PictureSettings) -> Camera:
     """Return the camera that the settings describe, or the scene's own, or one that frames it.
 
     Raises

@@ -1,0 +1,80 @@
+"""``accelscope probes``: pictures, coverage, visible polygons, records, and what is refused."""
+
+import json
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+SMALL = "beam:width=40,height=30"
+
+
+def test_picture_coverage_outlines_and_record_are_written(run, tmp_path):
+    image, covered, svg, record = (
+        tmp_path / name for name in ("a.png", "covered.png", "a.svg", "a.json")
+    )
+    outcome = run(
+        "probes", "sample:room", "--probe", SMALL, "--image", image, "--coverage", covered,
+        "--svg", svg, "--json", record,
+    )  # fmt: skip
+    assert outcome.code == 0
+    assert "beam through bsp" in outcome.out
+    assert np.load(image.with_suffix(".npy")).shape == (30, 40, 3)
+    shares = np.load(covered.with_suffix(".npy"))
+    assert shares.shape == (30, 40)
+    (made,) = json.loads(record.read_text())["records"]
+    cast = made["cast"]
+    assert shares.mean() == pytest.approx(1.0 - cast["missed"])
+    assert sum(cast["by_object"].values()) == pytest.approx(1.0 - cast["missed"])
+    assert set(cast["by_object"]) <= {"white", "red", "green", "lamp", "mirror"}
+    assert cast["area_error"] < 1e-9
+    assert cast["beams"] == sum(cast["by_kind"].values()) == 2
+    assert made["probe"]["settings"]["width"] == 40
+    assert made["structure"]["settings"]["planes"] == "autopartition"
+    # The polygons of the drawing are the pieces, and cover the picture.
+    root = ElementTree.fromstring(svg.read_text())
+    groups = root.findall("{*}g")
+    assert [group.get("class") for group in groups] == ["eye", "mirrored"]
+    drawn = [polygon.get("points") for polygon in groups[0].findall("{*}polygon")]
+    assert len(drawn) == cast["pieces_of_the_first"]
+    area = 0.0
+    for text in drawn:
+        x, y = np.array([p.split(",") for p in text.split()], float).T
+        area += 0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    assert area == pytest.approx(40 * 30, rel=1e-4)
+    titles = {title.text for title in root.iter("{http://www.w3.org/2000/svg}title")}
+    assert all(re.fullmatch(r"nothing|\w+ \d+", title) for title in titles)
+
+
+def test_a_scene_of_triangles_goes_through_a_tree_of_ones_own(run, tmp_path):
+    outcome = run(
+        "probes", "sample:tetra:size=3", "--probe", SMALL, "--structure", "bsp:max_leaf_size=4",
+        "--json", "-",
+    )  # fmt: skip
+    assert outcome.code == 0
+    (made,) = json.loads(outcome.out)["records"]
+    assert made["structure"]["settings"]["planes"] == "sah"
+    assert made["cast"]["polygons"] == 64
+    assert 0.0 < made["cast"]["missed"] < 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["sample:room", "--probe", "ray"], "there is no probe 'ray'; known are: beam"),
+        (["sample:room", "--probe", "beam:depth=0"], "depth"),
+        (["sample:room", "--structure", "grid"], "beams need the order of a BSP tree"),
+        (["sample:balls:size=1"], "beams meet flat polygons only"),
+        (["sample:room", "--svg", "x.png"], "--svg writes SVG"),
+        (["sample:room", "--image", "x.jpg"], "--image writes PNG"),
+        (["sample:room", "--probe", "beam:from=1x1x1,at=1x1x1"], "are the same point"),
+        (["sample:room", "sample:facade"], "takes one SCENE, not 2"),
+        (["sample:room", "--structure", "all"], "takes one structure"),
+    ],
+)
+def test_what_cannot_be_is_refused(run, arguments, words):
+    outcome = run("probes", *arguments, "--quiet")
+    assert outcome.code == 2
+    assert words in outcome.err
+    assert len(outcome.err.splitlines()) == 1
