@@ -40,7 +40,7 @@ def test_picture_coverage_outlines_and_record_are_written(run, tmp_path):
     assert len(drawn) == cast["pieces_of_the_first"]
     area = 0.0
     for text in drawn:
-        x, y = np.array([p.split(",") for p in text.split()], float).T
+        x, y = np.array([[float(n) for n in p.split(",")] for p in text.split()]).T
         area += 0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
     assert area == pytest.approx(40 * 30, rel=1e-4)
     titles = {title.text for title in root.iter("{http://www.w3.org/2000/svg}title")}
