@@ -42,7 +42,7 @@ def main(package: str, kernels: str, role: str = "") -> int:
     sys.modules[package] = module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     if kernels:
-        importlib.import_module(f"{package}.core.kernels").set_cache_root(kernels)
+        importlib.import_module(f"{package}.core.kernel_cache").set_cache_root(kernels)
     if role == WORKER:
         importlib.import_module(f"{package}.addon.command.prepare").serve()
     return importlib.import_module(f"{package}.addon.command.main").main(["prepare"])

@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 
 from ..core.evaluation.records.environment import set_blender_version
-from ..core.kernels import set_cache_root
+from ..core.kernel_cache import set_cache_root
 from ..core.scene import Scene
 from . import compile_ahead, jobs
 from .from_blender import watching

@@ -11,29 +11,23 @@ Rules, with their reasons:
 - No slices, no sorts, and min() and max() of two: each other number of arguments is a function of
   its own to compile, and a large kernel takes seconds more for a few of those.
 - Constants and elements are made :data:`whole`, indices in innermost loops :data:`unsigned`.
-- Numba's cache does not notice a changed callee in another file, so the cache directory's name
-  carries a hash of all of core's sources, but for lessons and evaluation, which have no kernels,
-  and of Numba's version.
+
+What is compiled is kept for the next start (:mod:`.kernel_cache`).
 """
 
 from __future__ import annotations
 
 import contextlib
 import functools
-import hashlib
 import importlib.util
 import os
-import pickle
-import shutil
-import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .kernel_cache import cache_fault, is_kept, keep
 from .progress import Progress
 
 OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
@@ -43,9 +37,6 @@ OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapp
 into counting up and down the arrays that all threads share. In return a kernel must not make
 arrays; scratch memory comes from the caller. The wrapper for calls from C is never used.
 """
-
-TOO_LONG = 5.0
-"""Seconds; a kernel is saved within some milliseconds."""
 
 INNER = OPTIONS | {"no_cpython_wrapper": True}
 """For kernels that only kernels call: without the code that takes their arguments from Python,
@@ -59,13 +50,7 @@ unsigned = np.uint64
 """What makes an index unsigned: at a signed one Numba looks whether it counts from the end, which
 takes up to a twentieth of a walk's time."""
 
-WITHOUT_KERNELS = "lessons", "evaluation"
-"""Folders of core whose files declare no kernel: an edit there compiles nothing anew."""
-
 _is_plain = False
-_cache_root: Path | None = None
-_cache_prepared = False
-_cannot_be_kept = ""
 _one_at_a_time = threading.RLock()
 _untold: list[Callable[[], None]] = []
 """What tells Numba of implementations of dispatched kernels; done when it compiles something."""
@@ -102,12 +87,6 @@ def numba_fault() -> str | None:
 def has_numba() -> bool:
     """Say whether kernels are compiled; the interface says so when they are not."""
     return numba_fault() is None
-
-
-def set_cache_root(directory: str | os.PathLike[str]) -> None:
-    """Choose where compiled kernels are kept; call it before any structure is imported."""
-    global _cache_root
-    _cache_root = Path(directory)
 
 
 def kernel(function: Callable) -> Callable:
@@ -198,18 +177,11 @@ class Kernel:
 
 def _make_dispatcher(function: Callable, options: dict[str, Any]) -> Any:
     """Let Numba compile a function at its first call, and keep what it has compiled."""
-    global _cannot_be_kept
     import numba
 
     _listen_for_compiling()
     dispatcher = numba.njit(**options)(function)
-    # What does not come from a file cannot be found again.
-    if os.path.exists(function.__code__.co_filename) and _prepare_cache():
-        try:
-            # What cache=True does, with a type of our own.
-            dispatcher._cache = _cache_type()(function)
-        except RuntimeError:
-            _cannot_be_kept = "no folder can be made there"
+    keep(dispatcher, function)
     return dispatcher
 
 
@@ -343,148 +315,6 @@ def call(function: Callable, *arguments: Any) -> Any:
     return function(*arguments)
 
 
-# ------------------------------------------------------------------------- where they are kept
-
-
-@functools.cache
-def _cache_type() -> type:
-    """Return Numba's cache of one kernel, as one that is never the reason why a run fails."""
-    from numba.core.caching import FunctionCache
-    from numba.core.serialize import dumps
-
-    class Sealed:
-        """Numba's files of one kernel, each with a hash of what is in it.
-
-        Numba runs what it finds; a disk on which one bit has changed would end the process.
-        """
-
-        def __init__(self, file: Any) -> None:
-            self.file = file
-            self.flush = file.flush
-
-        def save(self, key: Any, data: Any) -> None:
-            # With its key, since the index, which says where it is, may be damaged, too.
-            content = dumps((key, data))
-            self.file.save(key, (hashlib.sha256(content).digest(), content))
-
-        def load(self, key: Any) -> Any:
-            found = self.file.load(key)
-            if found is None:
-                return None
-            seal, content = found
-            if hashlib.sha256(content).digest() != seal:
-                return None
-            named, data = pickle.loads(content)
-            return data if named == key else None
-
-    class Cache(FunctionCache):
-        """What is damaged is compiled anew; what there is no room for is not kept."""
-
-        def __init__(self, function: Callable) -> None:
-            super().__init__(function)
-            self._cache_file: Any = Sealed(self._cache_file)
-
-        def load_overload(self, sig: Any, target_context: Any) -> Any:
-            try:
-                return super().load_overload(sig, target_context)
-            except Exception:  # a file that is cut off, or names what is gone, may raise anything
-                with contextlib.suppress(OSError):
-                    self.flush()
-                return None
-
-        def save_overload(self, sig: Any, data: Any) -> None:
-            global _cannot_be_kept
-            try:
-                with _alone_in(cache_directory()):
-                    super().save_overload(sig, data)
-            except OSError as error:
-                _cannot_be_kept = error.strerror or str(error)
-
-    return Cache
-
-
-@contextlib.contextmanager
-def _alone_in(directory: Path) -> Iterator[None]:
-    """Keep other processes from saving while the block runs: what they write in between is lost.
-
-    Numba reads the index of a kernel's types, adds one, and writes it.
-    """
-    lock = directory / "saving"
-    while True:
-        try:
-            lock.mkdir()  # by one process only, on every system
-            break
-        except FileExistsError:
-            time.sleep(0.001)
-            with contextlib.suppress(OSError):
-                if time.time() - lock.stat().st_mtime > TOO_LONG:  # that process was killed
-                    lock.rmdir()
-    try:
-        yield
-    finally:
-        with contextlib.suppress(OSError):
-            lock.rmdir()
-
-
-def cache_directory() -> Path:
-    """Return the directory of compiled kernels for this very version of the sources."""
-    if _cache_root is not None:
-        root = _cache_root
-    else:
-        import platformdirs
-
-        root = Path(platformdirs.user_cache_dir("accelscope")) / "kernels"
-    return root / _fingerprint()
-
-
-@functools.cache
-def _fingerprint() -> str:
-    """Return a hash over Python's and Numba's version and the sources of what may have kernels.
-
-    Numba is not imported for it.
-    """
-    import importlib.metadata  # it brings a mail reader along
-
-    checked = os.environ.get("NUMBA_BOUNDSCHECK", "")  # other code comes out
-    version = importlib.metadata.version("numba")
-    digest = hashlib.sha256(f"{sys.version} {version} {checked}".encode())
-    core = Path(__file__).parent
-    for path in sorted(core.rglob("*.py")):
-        if path.relative_to(core).parts[0] not in WITHOUT_KERNELS:
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _prepare_cache() -> bool:
-    """Point Numba at our cache directory; False where no writable place exists."""
-    global _cache_prepared
-    import numba
-
-    directory = cache_directory()
-    if not _cache_prepared:
-        try:
-            directory.mkdir(parents=True, exist_ok=True)
-            # Reading does not make a directory younger: without this, another version would take
-            # one that is used every day for forgotten.
-            os.utime(directory)
-            for old in directory.parent.iterdir():
-                if old != directory and _unused_for_a_month(old):
-                    shutil.rmtree(old, ignore_errors=True)
-        except OSError:
-            return False
-        numba.config.CACHE_DIR = str(directory)
-        _cache_prepared = True
-    return os.access(directory, os.W_OK)
-
-
-def _unused_for_a_month(directory: Path) -> bool:
-    """Say whether no process has used a cache of another version for thirty days."""
-    try:
-        return time.time() - directory.stat().st_mtime > 30 * 86400.0
-    except OSError:
-        return False  # another process has been quicker, or a link leads nowhere
-
-
 @contextlib.contextmanager
 def announcing(progress: Progress, what: str) -> Iterator[None]:
     """Announce the first compilation that begins while the block runs; otherwise say nothing.
@@ -505,7 +335,7 @@ def announcing(progress: Progress, what: str) -> Iterator[None]:
         return
     from numba.core import event
 
-    kept_before = not _cannot_be_kept
+    fault_before = cache_fault()
 
     class Announcement(event.Listener):
         """Hears of every kernel that is not in the cache; speaks once."""
@@ -522,12 +352,13 @@ def announcing(progress: Progress, what: str) -> Iterator[None]:
 
     with event.install_listener("numba:compile", Announcement()):
         yield
-    if kept_before and _cannot_be_kept:
-        progress.announce(f"what is compiled cannot be kept for the next start: {_cannot_be_kept}")
+    fault = cache_fault()
+    if fault and not fault_before:
+        progress.announce(f"what is compiled cannot be kept for the next start: {fault}")
 
 
 def how_often() -> str:
     """Return how often kernels are compiled: once, if there is a place to keep them."""
-    if _cache_prepared and not _cannot_be_kept and os.access(cache_directory(), os.W_OK):
+    if is_kept():
         return "once after installation, some ten seconds"
     return "at every start, for there is no place to keep what is compiled"

@@ -48,8 +48,8 @@ def parts(settings: Settings) -> list[Part]:
 
 
 def count(settings: Settings) -> int:
-    """Return the number of leaves: the column, and the balls."""
-    return 1 + settings.size
+    """Return the number of items: trees, and plain solids."""
+    return len(parts(settings))
 
 
 def generate(settings: Settings) -> Scene:

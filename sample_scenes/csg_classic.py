@@ -45,8 +45,8 @@ def parts(settings: Settings) -> list[Part]:
 
 
 def count(settings: Settings) -> int:
-    """Return the number of leaves."""
-    return 5
+    """Return the number of items: trees, and plain solids."""
+    return len(parts(settings))
 
 
 def generate(settings: Settings) -> Scene:

@@ -52,8 +52,8 @@ def parts(settings: Settings) -> list[Part]:
 
 
 def count(settings: Settings) -> int:
-    """Return the number of leaves: the plate, and its holes."""
-    return 1 + settings.holes**2
+    """Return the number of items: trees, and plain solids."""
+    return len(parts(settings))
 
 
 def generate(settings: Settings) -> Scene:

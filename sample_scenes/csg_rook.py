@@ -73,8 +73,8 @@ def parts(settings: Settings) -> list[Part]:
 
 
 def count(settings: Settings) -> int:
-    """Return the number of leaves: of the rook, and the squares."""
-    return 7 + settings.bars + 16
+    """Return the number of items: trees, and plain solids."""
+    return len(parts(settings))
 
 
 def generate(settings: Settings) -> Scene:

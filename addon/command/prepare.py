@@ -20,7 +20,8 @@ from typing import NoReturn
 
 from ...core.contract.ray_order import SORTED
 from ...core.errors import InputError
-from ...core.kernels import cache_directory, has_numba
+from ...core.kernel_cache import cache_directory
+from ...core.kernels import has_numba
 from ...core.parallel import core_count
 from ...core.progress import SILENT
 from ...sample_scenes import make_sample

@@ -93,7 +93,7 @@ def seen_from(built: Built, shape: Scene, view: View) -> Built:
     Parameters
     ----------
     shape : Scene
-        The triangles that were built over.
+        What was built over, with the materials and notes that it had.
 
     Raises
     ------
@@ -102,7 +102,9 @@ def seen_from(built: Built, shape: Scene, view: View) -> Built:
     """
     from ...core.contract.needs import moved
 
-    seen = view.onto(shape)
+    # Its own items: they may be instances of what was built over.
+    own = built.structure.scene
+    seen = view.onto(dataclasses.replace(own, materials=shape.materials, notes=shape.notes))
     change = moved(built.structure.needs, built.structure.scene, seen)
     if change:
         raise InputError(f"{change}, and {built.structure.label} is built from that; build again")

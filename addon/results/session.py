@@ -240,7 +240,10 @@ class Session:
         if root.scope != self.snapshot.look.scope:
             return "the scope was changed"
         taken_so = self.snapshot.look.instances
-        if root.instances != taken_so and (taken_so or root.instances == OBJECTS):
+        # What the timeline is compared for, of two levels, moves as objects do.
+        is_compared = self.timeline and (root.instances, taken_so) == (KEEP, OBJECTS)
+        is_other = root.instances != taken_so and (taken_so or root.instances == OBJECTS)
+        if is_other and not is_compared:
             return TAKEN_SO[taken_so]
         geometry = self.snapshot.scene.geometry
         if isinstance(geometry, Csg) and geometry.cutting != generated.read(

@@ -62,10 +62,22 @@ def lazy_setting(
 
 
 class Making:
-    """What is made of a structure so far; its copies, which see the scene otherwise, share it."""
+    """What is made of a structure so far; its copies, which see the scene otherwise, share it.
 
-    def __init__(self, arrays: Any) -> None:
-        self.arrays = arrays
+    Attributes
+    ----------
+    arrays : NamedTuple of arrays
+        The structure as its kernels see it.
+    known : Any
+        What else is known of the cells that are there, and is needed to make more.
+    made : Made
+    dropped : int
+        Lists that were thrown away again.
+    """
+
+    def __init__(self, arrays: Any, known: Any = None) -> None:
+        self.arrays, self.known = arrays, known
+        self.dropped = 0
         self.made = Made(0, 0.0, 0)
         self.lock = threading.Lock()
 
@@ -84,6 +96,11 @@ class MadeByRays(Structure):
     def arrays(self, arrays: Any) -> None:
         self.making = Making(arrays)
 
+    @property
+    def known(self) -> Any:
+        """What else is known of the cells that are there."""
+        return self.making.known
+
     def made(self) -> Made:
         """Return what has been made for rays so far."""
         return self.making.made
@@ -93,10 +110,10 @@ class MadeByRays(Structure):
         self._trace_all(arrays, None, 1, SILENT)
         return super()._recorded(arrays)
 
-    def _keep(self, arrays: Any, count: int, seconds: float) -> None:
+    def _keep(self, arrays: Any, count: int, seconds: float, known: Any = None) -> None:
         """Keep what was made: so many cells, in so much time."""
         cells, before, passes = self.making.made
-        self.making.arrays = arrays
+        self.making.arrays, self.making.known = arrays, known
         self.making.made = Made(cells + count, before + seconds, passes + 1)
 
 

@@ -109,8 +109,9 @@ class Rays:
         if any(np.iscomplexobj(a) for a in (origins, directions, t_min, t_max, times)):
             raise InputError("rays are real numbers, not complex ones")
         # Kernels are compiled for writable C arrays; a read-only one would compile them anew.
-        origins = np.require(origins, np.float64, ["C", "W"])
-        directions = np.ascontiguousarray(directions, dtype=np.float64) + 0.0  # no -0.0
+        # Without -0.0: its inverse would be -inf, and a way into an instance's space ends in 0.0.
+        origins = np.ascontiguousarray(origins, dtype=np.float64) + 0.0
+        directions = np.ascontiguousarray(directions, dtype=np.float64) + 0.0
         count = len(origins)
         if origins.shape != (count, 3) or directions.shape != (count, 3):
             raise InputError(

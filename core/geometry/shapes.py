@@ -113,6 +113,9 @@ def areas_and_lengths(shapes: Shapes) -> tuple[np.ndarray, np.ndarray]:
     following = np.arange(1, len(points) + 1)
     following[begins + shapes.size - 1] = begins
     seen = points - np.repeat(points[begins], shapes.size, axis=0)
+    # In units of its own size: squares of products of lengths leave the range of numbers.
+    unit = np.maximum.reduceat(np.abs(seen).max(axis=1), begins)
+    seen /= np.repeat(np.where(unit > 0.0, unit, 1.0), shapes.size)[:, None]
     areas = 0.5 * np.linalg.norm(np.add.reduceat(np.cross(seen, seen[following]), begins), axis=1)
-    lengths = np.add.reduceat(np.linalg.norm(points[following] - points, axis=1), begins)
-    return areas, lengths
+    lengths = np.add.reduceat(np.linalg.norm(seen[following] - seen, axis=1), begins)
+    return areas * unit * unit, lengths * unit

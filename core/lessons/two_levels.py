@@ -1,8 +1,9 @@
 """Lesson "two levels": boxes of instances in the world, boxes of a bottom level in its own space.
 
-Grey and in colours: nodes of the top level. Orange: boxes of instances, which are its items. Beside
-the scene stands the space of one mesh, in which its own tree lies; blue is one level of that tree,
-in its space and in all places in which the mesh is.
+Grey and in colours: nodes of the top level. Orange: boxes of instances, which are its items, those
+of the chosen mesh stronger than others. Beside the scene stands the space of that mesh, in which
+its own tree lies; blue is one level of that tree, in its space and in all places in which the mesh
+is.
 """
 
 from __future__ import annotations
@@ -40,9 +41,11 @@ class Settings:
         0, "Level", "First the levels of the top level, then instances, then levels of the mesh",
         minimum=0,
     )  # fmt: skip
-    mesh: int = setting(0, "Mesh", "Whose tree is shown; 0 is that with most instances", minimum=0)
+    mesh: int = setting(
+        0, "Mesh", "Whose tree and places are shown; 0 is that with most instances", minimum=0
+    )
     everywhere: bool = setting(
-        True, "In All Places", "Show the boxes of the mesh wherever an instance of it is, too"
+        True, "In All Places", "Show the mesh wherever an instance of it is, not in one place"
     )
 
 
@@ -79,18 +82,29 @@ class TwoLevels(Play):
     def picture(self, settings: Settings) -> Picture:
         """Return the picture of one level."""
         if settings.level <= self.deepest:
-            return self._top(settings.level)
+            return self._top(settings)
         if levels_of_mesh(self.geometry) > 1 or settings.level == self.deepest + 1:
             return self._instances(settings)
         return self._mesh(settings, settings.level - self.deepest - 2)
 
-    def _instance_boxes(self, opacity: float) -> Any:
-        largest = np.argsort(-surface_area(self.geometry.boxes), kind="stable")[:MOST_BOXES]
-        return coloured(box_segments(self.geometry.boxes[largest]), faint(ORANGE, opacity))
+    def _places(self, settings: Settings) -> np.ndarray:
+        """Return the instances in whose places the mesh is shown, at least one."""
+        places = np.flatnonzero(self.geometry.which == self.meshes[settings.mesh])
+        return places if settings.everywhere else places[:1]
 
-    def _top(self, level: int) -> Picture:
+    def _instance_boxes(self, opacity: float, settings: Settings) -> list[Any]:
+        """Return the boxes of instances, those of the chosen mesh twice as strong as others."""
+        boxes = self.geometry.boxes
+        largest = np.argsort(-surface_area(boxes), kind="stable")[:MOST_BOXES]
+        is_shown = np.isin(largest, self._places(settings))
+        return [
+            coloured(box_segments(boxes[some]), faint(ORANGE, strength * opacity))
+            for some, strength in ((largest[~is_shown], 0.5), (largest[is_shown], 1.0))
+        ]
+
+    def _top(self, settings: Settings) -> Picture:
         """Show a level of the tree over instances."""
-        cells = self.cells
+        cells, level = self.cells, settings.level
         on_level = np.flatnonzero(cells.depth == level)
         above = np.flatnonzero(cells.is_leaf & (cells.depth < level))
         areas = surface_area(cells.boxes)
@@ -99,7 +113,7 @@ class TwoLevels(Play):
         )
         colour = (*depth_colours(np.array([level]), self.deepest)[0], 1.0)
         parts = [
-            self._instance_boxes(0.15),
+            *self._instance_boxes(0.3, settings),
             coloured(wires_of(cells, np.sort(above)).segments(), faint(GREY)),
             coloured(wires_of(cells, np.sort(on_level)).segments(), colour),
         ]
@@ -118,7 +132,7 @@ class TwoLevels(Play):
             f"of {counted(len(self.geometry.meshes), 'mesh', 'meshes')}, each with a matrix of its "
             "own"
         )
-        parts, marks = [self._instance_boxes(1.0)], []
+        parts, marks = self._instance_boxes(1.0, settings), []
         if levels_of_mesh(self.geometry) == 1:
             mesh = int(self.meshes[settings.mesh])
             parts.append(self.space(mesh).items(0.3))
@@ -135,15 +149,14 @@ class TwoLevels(Play):
         areas = surface_area(cells.boxes)[shown]
         shown = shown[np.argsort(-areas, kind="stable")][:MOST_BOXES]
         places = np.flatnonzero(self.geometry.which == mesh)
-        parts = [self._instance_boxes(0.3), space.items()]
-        if settings.everywhere:
-            few = places[:MOST_PLACES]
-            # All of them together no more than are legible.
-            most = max(1, MOST_BOXES // len(few)) if len(few) * len(shown) > 1500 else len(shown)
-            corners = box_segments(cells.boxes[shown[: max(most, 8)]])
-            for number in few:
-                moved = moved_points(corners, self.geometry.matrices[number])
-                parts.append(coloured(moved, faint(BLUE, 0.6)))
+        parts = [*self._instance_boxes(0.4, settings), space.items()]
+        few = self._places(settings)[:MOST_PLACES]
+        # All of them together no more than are legible.
+        most = max(1, MOST_BOXES // len(few)) if len(few) * len(shown) > 1500 else len(shown)
+        corners = box_segments(cells.boxes[shown[: max(most, 8)]])
+        for number in few:
+            moved = moved_points(corners, self.geometry.matrices[number])
+            parts.append(coloured(moved, faint(BLUE, 0.6)))
         parts.append(coloured(space.boxes(cells.boxes[shown]), BLUE))
         number = int((cells.depth == level).sum())
         caption = (

@@ -390,10 +390,11 @@ def refuse_structure(structure: Structure) -> None:
     others = "choose bvh, kdtree, octree, grid or naive"
     if structure.answers is not None or not hasattr(structure.arrays, "_fields"):
         raise InputError(f"{structure.name} does not answer every ray of a program; {others}")
-    if isinstance(structure, LazyStructure) and structure.settings.lazy:
+    if structure.made() is not None:
+        advice = "leave 'lazy' at no" if isinstance(structure, LazyStructure) else others
         raise InputError(
-            f"{structure.name} is lazy: a ray that met a cell not made yet would begin anew, and "
-            "call its shaders again; leave 'lazy' at no"
+            f"the cells of {structure.name} are made by rays: one that met a cell not made yet "
+            f"would begin anew, and call its shaders again; {advice}"
         )
     if len(structure.remembered):
         raise InputError(f"{structure.name} remembers what rays before have hit; {others}")

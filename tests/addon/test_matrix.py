@@ -14,8 +14,12 @@ from typing import Any
 
 import pytest
 from accelscope import operators
+from accelscope.core.contract.protocols import Refittable
+from accelscope.core.contract.within import cells_with_instances
+from accelscope.core.kernels import plain
 from accelscope.core.lessons import lessons
 from accelscope.core.scene.camera_rays import PRIMARY
+from accelscope.core.scene.placing import by_objects
 from accelscope.core.structures import general_structures, structures
 from accelscope.core.structures.bvh import BVH
 
@@ -64,11 +68,14 @@ class Bench:
     def is_whole(self) -> bool:
         """Say whether all that the session keeps belongs to one structure."""
         current, structure = self.current, self.current.built.structure
+        taken = current.snapshot.scene
+        over = by_objects(taken) if structure.keeps_instances else taken
+        same = over is taken and structure.scene is taken
         return (
-            structure.scene is current.snapshot.scene
-            and len(current.cells) == len(structure.cells())
+            (same or len(structure.scene) == len(over))
+            and len(current.cells) == len(cells_with_instances(structure))
             and current.record["structure"]["name"] == structure.name
-            and current.record["scene"]["triangles"] == len(structure.scene)
+            and current.record["scene"]["triangles"] == len(taken)
             and bool(current.history) == bool(current.timeline)
         )
 
@@ -130,12 +137,12 @@ class Bench:
 
     def refit(self) -> None:
         structure = self.current.built.structure
-        if structure.name != "bvh":
+        if not isinstance(structure, Refittable):
             assert not self.bpy.ops.accelscope.refit.poll()
             return
         self.bpy.context.scene.frame_set(3)
         assert self.status() == "Out of date: the geometry of Grid has changed"
-        if structure.parts is not None:
+        if getattr(structure, "parts", None) is not None:
             with pytest.raises(RuntimeError, match="cuts triangles into pieces"):
                 self.bpy.ops.accelscope.refit()
             assert self.current.built.structure is structure
@@ -153,11 +160,11 @@ class Bench:
 
     def compare_over_timeline(self) -> None:
         structure = self.current.built.structure
-        if structure.name != "bvh":
+        if not isinstance(structure, Refittable):
             assert not self.bpy.ops.accelscope.compare_over_timeline.poll()
             return
         before = self.bpy.context.scene.frame_current
-        if structure.parts is not None:
+        if getattr(structure, "parts", None) is not None:
             with pytest.raises(RuntimeError, match="cuts triangles into pieces"):
                 self.bpy.ops.accelscope.compare_over_timeline()
             assert self.current.built.structure is structure
@@ -193,6 +200,12 @@ class SeenBench(Bench):
         assert rays["count"] == self.count + shadows
         assert (shadows > 0) == self.root.workloads.camera.shadows
 
+    def run_program(self) -> None:
+        self.do("run_program")
+        launch = self.current.launched["launch"]
+        assert launch["calls"]["ray_generation"] == self.count
+        assert launch["calls"]["closest_hit"] + launch["calls"]["miss"] == self.count
+
     def trace_in_vain(self) -> None:
         """Trace what there are no answers for: one line says what to do, and nothing is lost."""
         with pytest.raises(RuntimeError, match=r"rays only, not primary ones; .* structure Routed"):
@@ -216,6 +229,7 @@ WITHOUT_RESULTS = {
     "add_sample_scene",
     "cancel",
     "clear",
+    "copy_program",
     "keep_picture",
     "stop_compiling",
 } | OF_LESSONS
@@ -297,6 +311,24 @@ def test_every_directional_structure_on_its_route(bpy: Any, tmp_path: Path, name
             assert set(answered.values()) == {name}
 
 
+@pytest.mark.parametrize("name", structures())
+def test_every_structure_runs_a_program(bpy: Any, tmp_path: Path, name: str) -> None:
+    """Those that answer every ray, and are there before it comes; all others are refused."""
+    bench = SeenBench(bpy, tmp_path)
+    bench.root.structure = name
+    bench.root.pipeline.program = "distance"
+    with plain(True):  # each would compile a walk of its own
+        bench.build()
+        structure = bench.current.built.structure
+        if structure.answers is None and structure.made() is None and name != "routed":
+            bench.run_program()
+        else:
+            with pytest.raises(RuntimeError, match=r"not answer every ray|made by rays"):
+                bench.run_program()
+            assert bench.current.launched is None
+    assert bench.is_whole()
+
+
 def test_the_matrix_does_not_shrink() -> None:
     assert len(BUILDERS) >= 13
     assert len(OPTIMISERS) >= 6
@@ -306,4 +338,5 @@ def test_the_matrix_does_not_shrink() -> None:
     assert {builder for builder, _ in REPRESENTATIVE} == set(BUILDERS)
     assert {optimise for _, optimise in REPRESENTATIVE} == set(OPTIMISERS)
     verbs = {module.name for module in pkgutil.iter_modules(operators.__path__)}
-    assert {verb.__name__ for verb in VERBS} | WITHOUT_RESULTS == verbs
+    tried = {verb.__name__ for verb in [*VERBS, SeenBench.run_program]}
+    assert tried | WITHOUT_RESULTS == verbs

@@ -24,8 +24,8 @@ FEW = ("bvh", "grid", "octree", "kdtree", "bsp")
 
 FIRST_USE = """
 import sys, time
-from accelscope.core import kernels
-kernels.set_cache_root(sys.argv[1])
+from accelscope.core import kernel_cache
+kernel_cache.set_cache_root(sys.argv[1])
 from accelscope.addon.command.main import main
 main(["evaluate", "sample:tetra", "--quiet", "--structure", sys.argv[2],
       "--rays", "random_lines:count=1000"])

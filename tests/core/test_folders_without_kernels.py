@@ -7,7 +7,7 @@ from pathlib import Path
 
 import accelscope.core as core
 import pytest
-from accelscope.core.kernels import WITHOUT_KERNELS
+from accelscope.core.kernel_cache import WITHOUT_KERNELS
 
 DECLARING = {"kernel", "inner", "inlined", "dispatched", "implements"}
 

@@ -208,7 +208,7 @@ def test_refusals():
 def test_two_and_three_levels_come_from_the_cache_of_another_process(tmp_path):
     script = """
 import sys
-from accelscope.core.kernels import set_cache_root
+from accelscope.core.kernel_cache import set_cache_root
 set_cache_root(sys.argv[1])
 sys.path.insert(0, sys.argv[2])
 from test_instances import rays_through, scene_of, traced

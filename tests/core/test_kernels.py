@@ -102,8 +102,8 @@ def test_the_command_works_without_numba():
 
 SMALL = """
 import sys
-from accelscope.core import kernels
-kernels.set_cache_root(ROOT)
+from accelscope.core import kernel_cache, kernels
+kernel_cache.set_cache_root(ROOT)
 sys.path.insert(0, FOLDER)
 import numpy as np
 import toy
@@ -121,8 +121,8 @@ print(result, sum(cache_hits.values()), *Listening.said, sep="|")
 """
 
 REAL = """
-from accelscope.core import kernels
-kernels.set_cache_root(ROOT)
+from accelscope.core import kernel_cache
+kernel_cache.set_cache_root(ROOT)
 from accelscope.addon.command.main import main
 raise SystemExit(main(["evaluate", "sample:tetra:size=2", "--structure", "bvh",
                        "--rays", "camera:width=8,height=8", "--quiet"]))

@@ -220,8 +220,8 @@ def test_what_is_compiled_is_found_again_by_the_next_process(tmp_path):
 import sys
 sys.path[:0] = {sys.path!r}
 from pathlib import Path
-from accelscope.core import kernels
-kernels.set_cache_root(Path({str(tmp_path)!r}))
+from accelscope.core import kernel_cache
+kernel_cache.set_cache_root(Path({str(tmp_path)!r}))
 import numba.core.event as event
 class Heard(event.Listener):
     count = 0

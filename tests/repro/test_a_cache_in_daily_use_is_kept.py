@@ -8,7 +8,7 @@ import os
 import time
 
 import pytest
-from accelscope.core import kernels
+from accelscope.core import kernel_cache
 
 MONTH = 31 * 86400.0
 """Seconds, a little more than what is thought forgotten."""
@@ -19,12 +19,12 @@ def start(monkeypatch, tmp_path):
     """Pretend that a process of some version starts, and return where its kernels are."""
     numba = pytest.importorskip("numba")
     monkeypatch.setattr(numba.config, "CACHE_DIR", numba.config.CACHE_DIR)
-    monkeypatch.setattr(kernels, "_cache_root", tmp_path)
+    monkeypatch.setattr(kernel_cache, "_root", tmp_path)
 
     def start_one(version):
-        monkeypatch.setattr(kernels, "_fingerprint", lambda: version)
-        monkeypatch.setattr(kernels, "_cache_prepared", False)
-        assert kernels._prepare_cache()
+        monkeypatch.setattr(kernel_cache, "_fingerprint", lambda: version)
+        monkeypatch.setattr(kernel_cache, "_is_prepared", False)
+        assert kernel_cache._prepare()
         return tmp_path / version
 
     return start_one

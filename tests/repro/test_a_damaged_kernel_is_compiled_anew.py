@@ -21,9 +21,9 @@ def sum_of_squares(values):
 RUN = """
 import importlib, sys
 from pathlib import Path
-from accelscope.core import kernels
+from accelscope.core import kernel_cache, kernels
 folder = Path(sys.argv[1])
-kernels.set_cache_root(folder / "kernels")
+kernel_cache.set_cache_root(folder / "kernels")
 sys.path.insert(0, str(folder))
 sys.dont_write_bytecode = True
 import numpy as np

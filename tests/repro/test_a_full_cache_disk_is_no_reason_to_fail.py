@@ -12,8 +12,8 @@ resource = pytest.importorskip("resource", reason="limits as other systems have 
 RUN = """
 import sys
 from pathlib import Path
-from accelscope.core import kernels
-kernels.set_cache_root(Path(sys.argv[1]) / "kernels")
+from accelscope.core import kernel_cache, kernels
+kernel_cache.set_cache_root(Path(sys.argv[1]) / "kernels")
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 import toy

@@ -48,7 +48,7 @@ from ...contract.figures import (
     REFERENCES_KEPT,
     Figure,
 )
-from ...contract.lazy import CELLS_MADE, MadeByRays
+from ...contract.lazy import CELLS_MADE, MadeByRays, Making
 from ...contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ...contract.needs import GEOMETRY
 from ...contract.ray_order import taken
@@ -230,9 +230,8 @@ class RayClassification(MadeByRays):
         )  # fmt: skip
         self.shapes, self.items = shapes_of(geometry, slack), ordered(scene.boxes())
         box = np.concatenate([scene.lower, scene.upper])
-        self.arrays, self.known = roots_of(box, slack, self.items)
+        self.making = Making(*roots_of(box, slack, self.items))
         self.used = np.array([len(self.arrays.children), 0])
-        self.dropped = 0
 
     @classmethod
     def build(
@@ -274,9 +273,10 @@ class RayClassification(MadeByRays):
         told: Finished,
     ) -> None:
         """Trace rays, make the cells that they miss, and trace those again, until none does."""
-        cells: ray_space.Cells = self.arrays
-        is_long = self.sizes() > self.rule.max_list_size
-        is_open = (cells.children == LEAF) & is_long & (self.known.depth < self.rule.max_depth)
+        with self.making.lock:  # both of the same moment
+            cells: ray_space.Cells = self.arrays
+            is_long = self.sizes() > self.rule.max_list_size
+            is_open = (cells.children == LEAF) & is_long & (self.known.depth < self.rule.max_depth)
         cells = cells._replace(is_open=is_open.astype(np.uint8))
         while len(waiting):
             found = self._trace_through(cells, taken(rays, waiting), None, threads, told)
@@ -296,13 +296,13 @@ class RayClassification(MadeByRays):
             cells: ray_space.Cells = self.arrays
             numbers, rays = np.unique(where, return_counts=True)
             count = int((cells.first[numbers] == NO_LIST).sum())
-            cells, self.known = make(
+            cells, known = make(
                 cells, self.known, self.used, numbers, rays, self.rule, self.shapes, self.items,
                 progress,
             )  # fmt: skip
             cells = cells._replace(now=cells.now + 1, is_open=longer(is_open, len(cells.children)))
             cells.is_open[numbers] = 0
-            self._keep(cells, count, time.perf_counter() - start)
+            self._keep(cells, count, time.perf_counter() - start, known)
         return cells
 
     def _throw_away(self, most: int) -> None:
@@ -311,7 +311,7 @@ class RayClassification(MadeByRays):
         with making.lock:
             if int(self.used[1]) > most:
                 making.arrays, count = without_old(making.arrays, self.used, most)
-                self.dropped += count
+                making.dropped += count
 
     def cells_of(self, rays: Rays) -> np.ndarray:
         """Return the cell of each ray, (n,) int64; NONE for those that miss the scene's box."""
@@ -377,7 +377,7 @@ class RayClassification(MadeByRays):
             "mean_list": mean,
             "list_share": mean / len(self.scene),
             "references_kept": int(self.used[1]),
-            "lists_dropped": self.dropped,
+            "lists_dropped": self.making.dropped,
         }
         return Statistics.of_cells(volumes, is_leaf, count, self.known.depth, 1.0, 0.0, 1.0, extra)
 

@@ -39,6 +39,7 @@ class BottomLevels:
         for number, mesh in enumerate(meshes):
             progress.report(number, len(meshes), "Building bottom levels")
             self.made.append((mesh, self._structure_of(number, mesh)))
+        progress.report(len(meshes), len(meshes), "Building bottom levels")
         return forest_of_structures([structure for _, structure in self.made])
 
     def _structure_of(self, number: int, mesh: Any) -> Structure:

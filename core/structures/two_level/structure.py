@@ -128,10 +128,11 @@ class TwoLevel(Structure):
         """Build over a scene; `known` are bottom levels that may be kept or follow."""
         cls.refuse_too_large(scene, settings)
         tlas_settings, own = settings_of_levels(settings)
-        scene = by_objects(scene)
-        over = scene
+        over = by_objects(scene)
+        # As large as it was: rays start from its bounds, and every structure is sent the same.
+        scene = dataclasses.replace(over, lower=scene.lower, upper=scene.upper)
         if not settings.shared:
-            over = dataclasses.replace(scene, geometry=unshared(scene.geometry))
+            over = dataclasses.replace(over, geometry=unshared(over.geometry))
         bottom = BottomLevels(scene, BOTTOMS[settings.blas], own, known)
         if settings.rebraid == PARTIAL and settings.blas == BVH.name:
             return cls._braided(scene, over, settings, tlas_settings, bottom, progress)
