@@ -24,6 +24,7 @@ LESSONS = {
     "raster_insertion": {"dilation": 2, "shown": "missed"},
     "light_buffer": {"ray": 40, "full_occlusion": False},
     "image_directory": {"division": "uniform"},
+    "shafts": {"max_starts": 4, "number": 3},
     "less_rays_recursion": {"threshold": 0.2, "tree": 5},
     "less_rays_samples": {"contrast": 0.3, "samples": "8"},
 }
