@@ -197,6 +197,8 @@ def counts_and_figures(structure: Any) -> dict[str, Any]:
 
 def list_text() -> str:
     """Return names and settings for a person; of structures what they count and tell, too."""
+    from ...core.contract.needs import in_words
+
     lines = []
     for kind, entries in everything().items():
         lines.append(kind)
@@ -210,7 +212,7 @@ def list_text() -> str:
                 lines.append(f"      {assignment}  {text}")
             if kind == "structures":
                 if entry.answers is not None:
-                    lines.append(f"      for {' and '.join(entry.answers)} rays only")
+                    lines.append(f"      for {in_words(entry.answers)} rays only")
                 lines.append("      per ray: " + ", ".join(each.name for each in entry.COUNTERS))
                 lines.append("      figures: " + ", ".join(each.key for each in entry.FIGURES))
         lines.append("")

@@ -399,7 +399,7 @@ def intersect_tree(geometry, index, ray, limit, number, workspace, log):
     # Of the same type as the ray: else what it asks would be compiled once more.
     line = ray_along(
         ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, ray.ix, ray.iy, ray.iz, geometry.reach,
-        -np.inf, np.inf, np.uint8(ALL), ray.time, ray.mask, ray.target,
+        -np.inf, np.inf, np.uint8(ALL), ray.time, ray.mask, ray.source, ray.target,
     )  # fmt: skip
     last = len(workspace.enters) - STACK_WITHIN
     stack = workspace.enters[last - 2 * geometry.room : last]

@@ -146,7 +146,7 @@ def moved_until(to_object, ray, reach, end):
     dz = m[2, 0] * ray.dx + m[2, 1] * ray.dy + m[2, 2] * ray.dz + 0.0
     return ray_along(
         ox, oy, oz, dx, dy, dz, 1.0 / dx, 1.0 / dy, 1.0 / dz, reach, ray.t_min, end,
-        ray.query, ray.time, ray.mask, ray.target,
+        ray.query, ray.time, ray.mask, ray.source, ray.target,
     )  # fmt: skip
 
 

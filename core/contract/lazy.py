@@ -21,7 +21,7 @@ from __future__ import annotations
 import abc
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -82,6 +82,21 @@ class Making:
         self.lock = threading.Lock()
 
 
+class Finished(Progress):
+    """Tells how many rays have their hits, while those that wait are traced again and again."""
+
+    def __init__(self, progress: Progress, count: int, name: str) -> None:
+        self.progress, self.count, self.name, self.finished = progress, count, name, 0
+
+    def report(self, done: float, total: float, text: str) -> None:
+        """Pass on how many are finished."""
+        self.progress.report(self.finished, self.count, f"Tracing {self.name}")
+
+    def announce(self, text: str) -> None:
+        """Pass it on."""
+        self.progress.announce(text)
+
+
 class MadeByRays(Structure):
     """A structure whose cells are made for the rays that are traced."""
 
@@ -109,6 +124,39 @@ class MadeByRays(Structure):
         """Record the walk of one ray, or cone, once the cells that it enters are there."""
         self._trace_all(arrays, None, 1, SILENT)
         return super()._recorded(arrays)
+
+    def _trace_in_passes(
+        self,
+        arrays: Any,
+        rays: RayArrays | ConeArrays,
+        waiting: np.ndarray,
+        out: tuple[np.ndarray, np.ndarray, np.ndarray],
+        threads: int,
+        told: Finished,
+        make: Callable[[Any, np.ndarray, Progress], Any],
+    ) -> None:
+        """Trace rays, make the cells that they miss, and trace those again, until none does.
+
+        Parameters
+        ----------
+        waiting : (n,) int
+            The rays that are traced, in this order.
+        out : tuple
+            The room for t, primitives and counters of all rays.
+        make : callable
+            Gets the arrays, and for each ray that waits the number of its cell, which its walk has
+            returned in the place of t; returns arrays in which at least one of them is made.
+        """
+        while len(waiting):
+            found = self._trace_through(arrays, taken(rays, waiting), None, threads, told)
+            for column, values in zip(out, found, strict=True):
+                column[waiting] = values
+            is_waiting = found[1] == MISSING
+            told.finished += int((~is_waiting).sum())
+            waiting = waiting[is_waiting]
+            if len(waiting):
+                arrays = make(arrays, found[0][is_waiting].astype(np.int64), told)
+        told.report(0, 0, "")
 
     def _keep(self, arrays: Any, count: int, seconds: float, known: Any = None) -> None:
         """Keep what was made: so many cells, in so much time."""

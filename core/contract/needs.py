@@ -22,6 +22,12 @@ EVERY_CLASS: tuple[str, ...] | None = None
 """As `answers`: rays of any class."""
 
 
+def in_words(names: Sequence[str]) -> str:
+    """Return names as a sentence has them: ``"shadow, reflected and ambient"``."""
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def refuse_other_classes(name: str, answers: tuple[str, ...] | None, rays: Rays) -> None:
     """Refuse rays of a class that a structure is not for.
 
@@ -36,7 +42,7 @@ def refuse_other_classes(name: str, answers: tuple[str, ...] | None, rays: Rays)
     for asked, is_there in zip(rays.class_names, present, strict=True):
         if is_there and asked not in answers:
             raise InputError(
-                f"{name} answers {' and '.join(answers)} rays only, not {asked} ones; choose other "
+                f"{name} answers {in_words(answers)} rays only, not {asked} ones; choose other "
                 "rays, or the structure 'routed', which has one for each class"
             )
 
@@ -63,14 +69,14 @@ def moved(needs: frozenset[str], before: Seen, now: Seen) -> str:
     str
         ``"the lights were changed"``; empty if all is as it was.
     """
-    if LIGHTS in needs and _in_words(before.lights) != _in_words(now.lights):
+    if LIGHTS in needs and _as_said(before.lights) != _as_said(now.lights):
         return "the lights were changed"
-    if CAMERA in needs and _in_words([before.camera]) != _in_words([now.camera]):
+    if CAMERA in needs and _as_said([before.camera]) != _as_said([now.camera]):
         return "the camera was moved"
     return ""
 
 
-def _in_words(parts: Iterable[Camera | Light | None]) -> list[Any]:
+def _as_said(parts: Iterable[Camera | Light | None]) -> list[Any]:
     """Return what can be compared."""
     words = [{} if part is None else part.to_json() for part in parts]
     return [{key: value for key, value in each.items() if key != "name"} for each in words]

@@ -89,6 +89,7 @@ class Cone(NamedTuple):
     query: int
     time: float
     mask: int
+    source: int
     target: int
     ux: float
     uy: float
@@ -114,7 +115,8 @@ def make_cone(cones, index, reach):
         r.ox, r.oy, r.oz, r.dx, r.dy, r.dz, r.ix, r.iy, r.iz, r.low_x, r.low_y, r.low_z,
         r.high_x, r.high_y, r.high_z, r.kx, r.ky, r.kz, r.okx, r.oky, r.okz,
         r.shear_x, r.shear_y, r.shear_z, r.t_min, r.t_max, r.query, r.time, r.mask,
-        r.target, x / length, y / length, z / length, largest * length, cones.slopes[index],
+        r.source, r.target, x / length, y / length, z / length, largest * length,
+        cones.slopes[index],
     )  # fmt: skip
 
 
@@ -245,7 +247,8 @@ def axis_hit(geometry, index, c):
     axis = Ray(
         c.ox, c.oy, c.oz, c.dx, c.dy, c.dz, c.ix, c.iy, c.iz, c.low_x, c.low_y, c.low_z,
         c.high_x, c.high_y, c.high_z, c.kx, c.ky, c.kz, c.okx, c.oky, c.okz,
-        c.shear_x, c.shear_y, c.shear_z, c.t_min, c.t_max, c.query, c.time, c.mask, c.target,
+        c.shear_x, c.shear_y, c.shear_z, c.t_min, c.t_max, c.query, c.time, c.mask, c.source,
+        c.target,
     )  # fmt: skip
     t, _ = intersect(geometry, index, axis, c.t_max, 0, 0, 0)
     return t if t <= c.t_max else NO_HIT

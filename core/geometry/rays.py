@@ -157,7 +157,7 @@ class Rays:
         """Return what the kernels need."""
         return RayArrays(
             self.origins, self.directions, self.t_min, self.t_max, self.queries, self.times,
-            self.masks, self.targets,
+            self.masks, self.sources, self.targets,
         )  # fmt: skip
 
     def select(self, which: np.ndarray) -> Rays:
@@ -208,6 +208,7 @@ class RayArrays(NamedTuple):
     queries: np.ndarray
     times: np.ndarray
     masks: np.ndarray
+    sources: np.ndarray
     targets: np.ndarray
 
 
@@ -247,6 +248,7 @@ class Ray(NamedTuple):
     query: int
     time: float
     mask: int
+    source: int
     target: int
 
 
@@ -272,12 +274,14 @@ def make_ray(rays, index, reach):
     return ray_along(
         o[0], o[1], o[2], d[0], d[1], d[2], 1.0 / d[0], 1.0 / d[1], 1.0 / d[2], reach,
         rays.t_min[index], rays.t_max[index], rays.queries[index], rays.times[index],
-        rays.masks[index], rays.targets[index],
+        rays.masks[index], rays.sources[index], rays.targets[index],
     )  # fmt: skip
 
 
 @inlined
-def ray_along(ox, oy, oz, dx, dy, dz, ix, iy, iz, reach, t_min, t_max, query, time, mask, target):
+def ray_along(
+    ox, oy, oz, dx, dy, dz, ix, iy, iz, reach, t_min, t_max, query, time, mask, source, target
+):  # fmt: skip
     """Return a ray from its origin, its direction and the inverse of that, with all that follows.
 
     Parameters
@@ -301,5 +305,5 @@ def ray_along(ox, oy, oz, dx, dy, dz, ix, iy, iz, reach, t_min, t_max, query, ti
         ox, oy, oz, dx, dy, dz, ix, iy, iz,
         ox + slack_x, oy + slack_y, oz + slack_z, ox - slack_x, oy - slack_y, oz - slack_z,
         kx, ky, kz, okx, oky, okz, dkx / dkz, dky / dkz, 1.0 / dkz,
-        t_min, t_max, query, time, mask, target,
+        t_min, t_max, query, time, mask, source, target,
     )  # fmt: skip

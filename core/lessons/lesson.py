@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..contract.needs import in_words
 from ..contract.structure import Structure
 from ..errors import InputError
 from ..geometry.rays import Rays
@@ -117,7 +118,7 @@ def any_structure(structure: Structure) -> str:
     """Accept every structure that answers the rays of a picture, see :attr:`Lesson.suits`."""
     if structure.answers is None or PRIMARY in structure.answers:
         return ""
-    return f"{structure.name} answers {' and '.join(structure.answers)} rays only"
+    return f"{structure.name} answers {in_words(structure.answers)} rays only"
 
 
 def only_its_own(structure: Structure) -> str:

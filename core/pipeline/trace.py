@@ -171,7 +171,7 @@ def trace(bundle, flags, mask, contribution, multiplier, miss, desc, payload, pa
     query = ANY_QUERY if (flags & RAY_FLAG_ACCEPT_FIRST_HIT_AND_END_SEARCH) != 0 else CLOSEST_QUERY
     ray = ray_along(
         ox, oy, oz, dx, dy, dz, 1.0 / dx, 1.0 / dy, 1.0 / dz, bundle.geometry.reach,
-        asked.t_min, asked.t_max, query, 0.0, mask & 255, -1,
+        asked.t_min, asked.t_max, query, 0.0, mask & 255, -1, -1,
     )  # fmt: skip
     if may_meet(bundle.geometry, mask):
         found = walk(

@@ -13,6 +13,9 @@ from . import ORTHOGRAPHIC, PERSPECTIVE, Camera, Scene
 PRIMARY, SHADOW = CLASS_NAMES = ("primary", "shadow")
 """What the rays of a camera are for."""
 
+REFLECTED, REFRACTED, AMBIENT = "reflected", "refracted", "ambient"
+"""What the rays are for that go on from their hits, beside shadow rays."""
+
 
 def framing_camera(scene: Scene, aspect: float, fov: float = 45.0) -> Camera:
     """Return a camera that looks down on the whole scene from the front right.

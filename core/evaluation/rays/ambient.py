@@ -25,14 +25,13 @@ from ...geometry.solids.frames import across
 from ...memory import refuse_if_too_large
 from ...progress import SILENT, Progress
 from ...scene import Scene
-from ...scene.camera_rays import PRIMARY
+from ...scene.camera_rays import AMBIENT, PRIMARY
 from ...scene.surfaces import CHUNK, Surfaces, surfaces_hit
 from ...settings import setting
 from .camera import ViewSettings, ViewWorkload, primary_rays
 from .ray_files import BYTES_PER_RAY
 from .workload import Generations, ray_order
 
-AMBIENT = "ambient"
 CLASS_NAMES = PRIMARY, AMBIENT
 
 

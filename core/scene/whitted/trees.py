@@ -32,13 +32,12 @@ from ...geometry.solids.frames import units_of
 from ...memory import refuse_if_too_large
 from ...progress import Progress
 from .. import Light, Scene
-from ..camera_rays import PRIMARY, SHADOW
+from ..camera_rays import PRIMARY, REFLECTED, REFRACTED, SHADOW
 from ..light_ways import CENTRES, Sampling, ways_to_lights
 from ..surfaces import CHUNK, Found, Surfaces, surfaces_hit
 from .optics import mirrored, refracted
 from .shading import Surfacing, intensity, lit
 
-REFLECTED, REFRACTED = "reflected", "refracted"
 CLASS_NAMES = PRIMARY, SHADOW, REFLECTED, REFRACTED
 
 OF_PRIMARY, OF_SHADOW, OF_REFLECTED, OF_REFRACTED = range(4)

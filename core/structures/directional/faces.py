@@ -127,6 +127,19 @@ def joined_faces(parts: Sequence[Faces]) -> Faces:
     return Faces(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
+def solid_angles(u0: np.ndarray, v0: np.ndarray, u1: np.ndarray, v1: np.ndarray) -> np.ndarray:
+    """Return the solid angles of rectangles of faces of cubes, (n,)."""
+    angle = _from_middle(u1, v1) - _from_middle(u0, v1)
+    angle += _from_middle(u0, v0) - _from_middle(u1, v0)
+    return angle
+
+
+def _from_middle(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Return the solid angle of the rectangle from the middle of a face to u, v."""
+    angle: np.ndarray = np.arctan2(u * v, np.sqrt(1.0 + u * u + v * v))
+    return angle
+
+
 @inlined
 def face_towards(first, dx, dy, dz):
     """Return the face of a cube, whose first face is given, that a direction goes through."""

@@ -28,7 +28,7 @@ from ...kernels import call, kernel, whole
 from ...progress import SILENT, Progress
 from ...ranges import ranges
 from ...scene import Scene
-from .faces import Faces
+from .faces import Faces, solid_angles
 from .filling import AT_ONCE, lists_of
 from .insertion import through_cell, view_of
 from .items import ULPS, items_of
@@ -116,8 +116,7 @@ class Directional(Structure):
         squares = self.squares
         u0, v0 = squares.u, squares.v
         u1, v1 = u0 + squares.width, v0 + squares.width
-        angle = _corner_angle(u1, v1) - _corner_angle(u0, v1)
-        angle += _corner_angle(u0, v0) - _corner_angle(u1, v0)
+        angle = solid_angles(u0, v0, u1, v1)
         is_cube = self.is_of_cube[squares.face]
         return np.where(is_cube, angle / (4.0 * np.pi), 0.25 * squares.width**2)
 
@@ -297,12 +296,6 @@ def filled(insertion: Insertion, settings: Any, name: str, progress: Progress) -
         From `progress`.
     """
     return merged(lists_of(insertion, division_of(settings), name, progress), settings.merge)
-
-
-def _corner_angle(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Return the solid angle of the rectangle from the middle of a face to u, v."""
-    angle: np.ndarray = np.arctan2(u * v, np.sqrt(1.0 + u * u + v * v))
-    return angle
 
 
 def _areas(corners: np.ndarray) -> np.ndarray:

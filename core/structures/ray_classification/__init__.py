@@ -48,13 +48,12 @@ from ...contract.figures import (
     REFERENCES_KEPT,
     Figure,
 )
-from ...contract.lazy import CELLS_MADE, MadeByRays, Making
+from ...contract.lazy import CELLS_MADE, Finished, MadeByRays, Making
 from ...contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ...contract.needs import GEOMETRY
-from ...contract.ray_order import taken
 from ...contract.statistics import Statistics
 from ...contract.structure import arrays_in
-from ...contract.walk import MISSING, Found, missing, walk
+from ...contract.walk import Found, missing, walk
 from ...geometry.box import span_box
 from ...geometry.cones import ConeArrays
 from ...geometry.rays import ALL, ANY, RayArrays, Rays, make_probe
@@ -189,21 +188,6 @@ def find_cells(structure, reach, rays, log, cells):
         cells[i] = cell
 
 
-class Finished(Progress):
-    """Tells how many rays have their hits, while those that wait are traced again and again."""
-
-    def __init__(self, progress: Progress, count: int) -> None:
-        self.progress, self.count, self.finished = progress, count, 0
-
-    def report(self, done: float, total: float, text: str) -> None:
-        """Pass on how many are finished."""
-        self.progress.report(self.finished, self.count, f"Tracing {RayClassification.name}")
-
-    def announce(self, text: str) -> None:
-        """Pass it on."""
-        self.progress.announce(text)
-
-
 class RayClassification(MadeByRays):
     """Cells of ray space with lists of candidates."""
 
@@ -256,7 +240,7 @@ class RayClassification(MadeByRays):
         """Trace rays; if lists are thrown away, some of them after the other."""
         count, most = len(next(arrays_in(rays))), self.settings.most_references
         order = np.arange(count) if order is None else order
-        out, told = self._room_for(count), Finished(progress, count)
+        out, told = self._room_for(count), Finished(progress, count, self.name)
         chunk = CHUNK if most else count
         for begin in range(0, count, chunk):
             self._trace_batch(rays, order[begin : begin + chunk], out, threads, told)
@@ -278,18 +262,11 @@ class RayClassification(MadeByRays):
             is_long = self.sizes() > self.rule.max_list_size
             is_open = (cells.children == LEAF) & is_long & (self.known.depth < self.rule.max_depth)
         cells = cells._replace(is_open=is_open.astype(np.uint8))
-        while len(waiting):
-            found = self._trace_through(cells, taken(rays, waiting), None, threads, told)
-            for column, values in zip(out, found, strict=True):
-                column[waiting] = values
-            is_waiting = found[1] == MISSING
-            told.finished += int((~is_waiting).sum())
-            waiting = waiting[is_waiting]
-            if len(waiting):
-                cells = self._make(cells.is_open, found[0][is_waiting].astype(np.int64), told)
-        told.report(0, 0, "")
+        self._trace_in_passes(cells, rays, waiting, out, threads, told, self._make)
 
-    def _make(self, is_open: np.ndarray, where: np.ndarray, progress: Progress) -> ray_space.Cells:
+    def _make(
+        self, seen: ray_space.Cells, where: np.ndarray, progress: Progress
+    ) -> ray_space.Cells:
         """Make the cells in which rays wait, or divide them, or decide not to."""
         with self.making.lock:
             start = time.perf_counter()
@@ -300,7 +277,9 @@ class RayClassification(MadeByRays):
                 cells, self.known, self.used, numbers, rays, self.rule, self.shapes, self.items,
                 progress,
             )  # fmt: skip
-            cells = cells._replace(now=cells.now + 1, is_open=longer(is_open, len(cells.children)))
+            cells = cells._replace(
+                now=cells.now + 1, is_open=longer(seen.is_open, len(cells.children))
+            )
             cells.is_open[numbers] = 0
             self._keep(cells, count, time.perf_counter() - start, known)
         return cells
