@@ -256,16 +256,18 @@ def parts() -> Iterator[Part]:
 def compile_structure(name: str) -> None:
     """Do with a structure all that the panel does: build, draw, trace and step.
 
-    One that is for some classes of rays only is part of a routed one, which traces all.
+    One that is for some classes of rays only is part of a routed one, which traces all: on the
+    routes of those classes that have one of their own.
     """
     from ...core.evaluation.rays.workloads import workload_named
     from ...core.evaluation.records.experiment import Built, make_record, trace
     from ...core.structures import structure_named
+    from ...core.structures.routed import ROUTES
 
     scene, entry = make_sample(SAMPLE), structure_named(name)
     settings = entry.Settings()
     if entry.answers is not None:
-        parts = dict.fromkeys(entry.answers, name)
+        parts = {kind: name for kind in entry.answers if kind in ROUTES}
         entry = structure_named("routed")
         settings = entry.Settings(**parts)
     structure = entry.build(scene, settings, SILENT, log=True)

@@ -71,6 +71,7 @@ def test_whatever_list_shows_as_default_can_be_given(run, evaluate):
     assert {entry["name"]: entry["answers"] for entry in listed if entry["answers"]} == {
         "light_buffer": ["shadow"],
         "image_directory": ["primary"],
+        "ray_coherence": ["shadow", "reflected", "refracted", "ambient"],
     }
     for entry in listed:
         texts = []
