@@ -129,6 +129,18 @@ def both_in_routed() -> Steps:
 
 
 @session.step
+def where_shadow_rays_go() -> Steps:
+    """Cells of the cube in the lamp's sphere, of which shadow rays have made some."""
+    routed = settings().structures.routed
+    routed.primary, routed.shadow = "bvh", "ray_coherence"
+    yield from build()
+    yield from trace()
+    yield 1.0
+    assert results().record["trace"]["routes"]["shadow"]["structure"] == "ray_coherence"
+    station("coherence")
+
+
+@session.step
 def across_a_sun() -> Steps:
     """The cells of a sun lie in a plane across its rays."""
     bpy.data.objects.remove(bpy.data.objects["Lamp"])

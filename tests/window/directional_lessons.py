@@ -23,8 +23,10 @@ LESSONS = {
     "directional_cube": {"division": "uniform"},
     "raster_insertion": {"dilation": 2, "shown": "missed"},
     "light_buffer": {"ray": 40, "full_occlusion": False},
+    "ray_coherence": {"other": 2},
+    "coherence_lists": {"ray": 250},
+    "ray_classification": {"cell": 40},
     "image_directory": {"division": "uniform"},
-    "shafts": {"max_starts": 4, "number": 3},
     "less_rays_recursion": {"threshold": 0.2, "tree": 5},
     "less_rays_samples": {"contrast": 0.3, "samples": "8"},
 }

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...contract.structure import Structure
-from ...settings import composed, parse_inner, setting
+from ...errors import InputError
+from ...settings import composed, parse, parse_spec, setting
 from ..bvh import BVH
 from ..grid import STRUCTURE as GRID
 from ..kdtree import KdTree
@@ -71,4 +72,9 @@ def settings_of_levels(settings: Any) -> tuple[Any, Any]:
 
 
 def _parsed(kind: type[Structure], text: str, key: str) -> Any:
-    return parse_inner(kind.Settings, kind.name, text, f"structure two_level, {key}")
+    where = f"structure two_level, {key}: {kind.name}"
+    try:
+        _, texts = parse_spec(f"{kind.name}:{text}")
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    return parse(kind.Settings, texts, where)
