@@ -410,3 +410,26 @@ def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
         texts[key] = next(value for value in values if value is not None)
         rest = rest[pair.end() :]
     return name.strip(), texts
+
+
+def parse_inner(settings_type: type[T], name: str, text: str, where: str) -> T:
+    """Make the settings of a part from one text, such as ``"builder=ploc,max_leaf_size=2"``.
+
+    Parameters
+    ----------
+    name : str
+        Of the part.
+    where : str
+        Whose part it is, for the messages (``"structure two_level, tlas_settings"``).
+
+    Raises
+    ------
+    InputError
+        For what is not of the form key=value, or settings that the part does not have.
+    """
+    where = f"{where}: {name}"
+    try:
+        _, texts = parse_spec(f"{name}:{text}")
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    return parse(settings_type, texts, where)

@@ -83,18 +83,9 @@ class RayCells(Play):
     def beam(self, cell: int) -> np.ndarray:
         """Return the beam of a cell, as far as its candidates reach: its faces, (k, 3, 3)."""
         known = self.structure.known
-        low, high = known.bounds[cell]
         root = int(known.root[cell])
-        a = root // 2
-        ways = np.zeros((4, 3))
-        ways[:, a] = 1.0 if root % 2 == 0 else -1.0
-        ways[:, (a + 1) % 3] = low[U], low[U], high[U], high[U]
-        ways[:, (a + 2) % 3] = low[V], high[V], low[V], high[V]
-        corners = corners_of(np.concatenate([low[:3], high[:3]])[None])[0]
-        begin, beyond = (low[a], high[a]) if root % 2 == 0 else (-high[a], -low[a])
-        end = max(beyond, self.structure.items.farthest[root, self.candidates(cell)].max())
-        far = corners[:, None] + (end - begin) * ways
-        return hull_faces(np.concatenate([corners, far.reshape(-1, 3)]))
+        farthest = self.structure.items.farthest[root, self.candidates(cell)].max()
+        return beam_until(known.bounds[cell], root, farthest)
 
     def picture(self, settings: Settings) -> Picture:
         """Return the picture of one cell."""
@@ -139,6 +130,28 @@ class RayCells(Play):
             Row("Mean Tests", f"{self.counts['N_IT'].mean():.3g}", "Per ray, of all rays"),
         )  # fmt: skip
         return picture_of(parts, caption, marks=marks, rows=rows)
+
+
+def beam_until(bounds: np.ndarray, root: int, farthest: float) -> np.ndarray:
+    """Return the faces, (k, 3, 3), of a beam up to a place along the axis of its root.
+
+    Parameters
+    ----------
+    bounds : (2, 6) float64
+        The intervals of its cell of ray space.
+    farthest : float
+        Counted the way its rays run.
+    """
+    low, high = bounds
+    a = root // 2
+    ways = np.zeros((4, 3))
+    ways[:, a] = 1.0 if root % 2 == 0 else -1.0
+    ways[:, (a + 1) % 3] = low[U], low[U], high[U], high[U]
+    ways[:, (a + 2) % 3] = low[V], high[V], low[V], high[V]
+    corners = corners_of(np.concatenate([low[:3], high[:3]])[None])[0]
+    begin, beyond = (low[a], high[a]) if root % 2 == 0 else (-high[a], -low[a])
+    far = corners[:, None] + (max(beyond, farthest) - begin) * ways
+    return hull_faces(np.concatenate([corners, far.reshape(-1, 3)]))
 
 
 def sharp_edges(faces: np.ndarray) -> np.ndarray:

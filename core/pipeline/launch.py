@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ..contract.events import make_log, no_log
-from ..contract.lazy import LazyStructure
 from ..contract.structure import Structure
 from ..errors import InputError
 from ..geometry.instances import Instanced, levels_of_mesh
@@ -391,7 +390,7 @@ def refuse_structure(structure: Structure) -> None:
     if structure.answers is not None or not hasattr(structure.arrays, "_fields"):
         raise InputError(f"{structure.name} does not answer every ray of a program; {others}")
     if structure.made() is not None:
-        advice = "leave 'lazy' at no" if isinstance(structure, LazyStructure) else others
+        advice = "leave 'lazy' at no" if hasattr(structure.settings, "lazy") else others
         raise InputError(
             f"the cells of {structure.name} are made by rays: one that met a cell not made yet "
             f"would begin anew, and call its shaders again; {advice}"

@@ -28,11 +28,10 @@ from ..contract.ray_order import AUTOMATIC
 from ..contract.statistics import Statistics
 from ..contract.steps import Steps
 from ..contract.structure import Hits, Made, Structure
-from ..errors import InputError
 from ..geometry.rays import Rays
 from ..progress import SILENT, Progress
 from ..scene import Scene
-from ..settings import parse, parse_spec, setting
+from ..settings import parse_inner, setting
 from . import found_in_modules
 
 PARTS = {structure.name: structure for structure in found_in_modules(without=__name__)}
@@ -87,12 +86,10 @@ def chosen(settings: RoutedSettings) -> dict[str, tuple[type[Structure], Any]]:
     routes: dict[str, tuple[type[Structure], Any]] = {}
     for name in ROUTES:
         kind = PARTS[getattr(settings, name)]
-        where = f"structure routed, {name}: {kind.name}"
-        try:
-            _, texts = parse_spec(f"{kind.name}:{getattr(settings, name + '_settings')}")
-        except InputError as error:
-            raise InputError(f"{where}: {error}") from None
-        own: Any = parse(kind.Settings, texts, where)
+        own: Any = parse_inner(
+            kind.Settings, kind.name, getattr(settings, name + "_settings"),
+            f"structure routed, {name}",
+        )  # fmt: skip
         routes[name] = kind, own
     return routes
 

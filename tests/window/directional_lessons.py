@@ -27,6 +27,7 @@ LESSONS = {
     "coherence_lists": {"ray": 250},
     "ray_classification": {"cell": 40},
     "image_directory": {"division": "uniform"},
+    "shafts": {"max_starts": 4, "number": 3},
     "less_rays_recursion": {"threshold": 0.2, "tree": 5},
     "less_rays_samples": {"contrast": 0.3, "samples": "8"},
 }

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...contract.structure import Structure
-from ...errors import InputError
-from ...settings import composed, parse, parse_spec, setting
+from ...settings import composed, parse_inner, setting
 from ..bvh import BVH
 from ..grid import STRUCTURE as GRID
 from ..kdtree import KdTree
@@ -72,9 +71,4 @@ def settings_of_levels(settings: Any) -> tuple[Any, Any]:
 
 
 def _parsed(kind: type[Structure], text: str, key: str) -> Any:
-    where = f"structure two_level, {key}: {kind.name}"
-    try:
-        _, texts = parse_spec(f"{kind.name}:{text}")
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
-    return parse(kind.Settings, texts, where)
+    return parse_inner(kind.Settings, kind.name, text, f"structure two_level, {key}")

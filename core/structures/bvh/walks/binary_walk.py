@@ -16,7 +16,7 @@ from ....contract.leaf import EVERYWHERE, NOTHING, test_leaf
 from ....contract.walk import Found, walk
 from ....geometry.rays import ALL, ANY
 from ....geometry.volume import MISS, enter, prepare
-from ....kernels import implements, unsigned, whole
+from ....kernels import dispatched, implements, unsigned, whole
 
 
 class Binary(NamedTuple):
@@ -49,20 +49,36 @@ def tree_of_forest(forest, root):
     return Binary(forest.volumes, forest.first, forest.size, root)
 
 
-@implements(walk, Binary, inline=True)
-def walk_binary(structure, geometry, ray, number, workspace, log):
+@dispatched
+def walk_from(structure, geometry, ray, number, workspace, log, node, t, floor, best):
+    """Walk through the subtree of a node that the ray enters, with what is found elsewhere.
+
+    Parameters
+    ----------
+    node : int
+    t : float
+        Where the ray enters it.
+    floor : int
+        Height of the stack; what lies below is not touched.
+    best : Best
+        The nearest hit so far.
+
+    Returns
+    -------
+    best : Best
+    nodes_visited, leaves_visited, volume_tests : int
+    """
+    raise TypeError(f"no nodes in {type(structure).__name__}")
+
+
+@implements(walk_from, Binary, inline=True)
+def walk_subtree(structure, geometry, ray, number, workspace, log, node, t, floor, best):
     """Front-to-back traversal with a stack."""
     volumes, firsts, sizes = structure.volumes, structure.first, structure.size
     cells, enters, strips = workspace.cells, workspace.enters, workspace.frame
-    best = NOTHING
-    limit = ray.t_max
-    nodes_visited, leaves_visited, volume_tests = 0, 0, 1
-
-    prepare(volumes, ray, strips)
-    node, height = unsigned(structure.root), 0
-    t = enter(volumes, node, ray, strips, limit)
-    note(log, VOLUME_TEST, node, NONE, t, t)
-    searching = t != MISS
+    limit = best.t if ray.query != ALL and best.primitive >= 0 else ray.t_max
+    nodes_visited, leaves_visited, volume_tests = 0, 0, 0
+    node, height, searching = unsigned(node), floor, True
     while searching:
         nodes_visited += 1
         first, size = whole(firsts[node]), whole(sizes[node])
@@ -96,12 +112,27 @@ def walk_binary(structure, geometry, ray, number, workspace, log):
                 limit = best.t
         # Back to the last node put aside that a nearer hit has not made useless.
         searching = False
-        while height > 0 and not searching:
+        while height > floor and not searching:
             height -= 1
             node, t = unsigned(cells[height]), enters[height]
             searching = t <= limit
             if not searching:
                 note(log, SKIP, node, NONE, t, limit)
 
-    counts = nodes_visited, leaves_visited, best.tests, volume_tests
+    return best, nodes_visited, leaves_visited, volume_tests
+
+
+@implements(walk, Binary, inline=True)
+def walk_binary(structure, geometry, ray, number, workspace, log):
+    """Walk from the root, if the ray enters that."""
+    root, volumes, strips = unsigned(structure.root), structure.volumes, workspace.frame
+    best, nodes_visited, leaves_visited, volume_tests = NOTHING, 0, 0, 0
+    prepare(volumes, ray, strips)
+    t = enter(volumes, root, ray, strips, ray.t_max)
+    note(log, VOLUME_TEST, root, NONE, t, t)
+    if t != MISS:
+        best, nodes_visited, leaves_visited, volume_tests = walk_from(
+            structure, geometry, ray, number, workspace, log, root, t, 0, best
+        )
+    counts = nodes_visited, leaves_visited, best.tests, 1 + volume_tests
     return Found(best.t, best.primitive, counts)
