@@ -28,6 +28,8 @@ LESSONS = {
     "ray_classification": {"cell": 40},
     "image_directory": {"division": "uniform"},
     "shafts": {"max_starts": 4, "number": 3},
+    "ray_space": {"max_list_size": 1, "cell": 5},
+    "ray_space_time": {"dimensions": "5"},
     "less_rays_recursion": {"threshold": 0.2, "tree": 5},
     "less_rays_samples": {"contrast": 0.3, "samples": "8"},
 }
