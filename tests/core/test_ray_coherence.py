@@ -20,7 +20,7 @@ from accelscope.core.structures.ray_coherence.condition import (
     solid_angle,
 )
 from accelscope.core.structures.ray_coherence.making import mark_items
-from accelscope.sample_scenes import samples
+from accelscope.sample_scenes import make_sample, samples
 from directional_cases import lit, shadow_rays_of
 
 COHERENCE = "ray_coherence"
@@ -402,6 +402,64 @@ def test_lists_are_conservative_for_a_million_rays(build, lab, text):
     """Of a scene that is closed, and of one of balls."""
     for name in ("suzanne", "balls"):
         check_lists(build, lab.small_scene(name), text, 500_000)
+
+
+# ------------------------------------------------------------------------------ published shapes
+
+
+def rays_off_spheres(scene, count=2000):
+    """Rays from points on the surfaces of a scene's spheres, outward."""
+    rng = np.random.default_rng(1)
+    sources, outward, ways = (
+        rng.integers(len(scene), size=count),
+        unit(rng, count),
+        unit(rng, count),
+    )
+    ways *= np.sign((ways * outward).sum(axis=1))[:, None]
+    boxes = scene.boxes()[sources]
+    middles, radii = 0.5 * (boxes[:, :3] + boxes[:, 3:]), 0.5 * (boxes[:, 3] - boxes[:, 0])
+    origins = middles + radii[:, None] * (1.0 + 1e-9) * outward
+    return Rays.from_arrays(origins, ways, sources=sources, class_names=CLASSES)
+
+
+def cloud(count, share=0.05):
+    """Spheres at random places of a cube, smaller the more there are."""
+    middles = np.random.default_rng(1).random((count, 3))
+    return Scene.from_items([Sphere(each, share / np.cbrt(count)) for each in middles], "cloud")
+
+
+def test_tests_per_ray_stay_nearly_constant_as_a_sparse_cloud_grows(build):
+    """With as many cells for each sphere: the square of cells along an edge grows as they do.
+
+    With cells as large as before, what is seen through one would grow as well; and the steps of a
+    hierarchy do.
+    """
+    tests, steps = [], []
+    for count, cells in ((125, 3), (500, 6), (2000, 12)):
+        scene = cloud(count)
+        rays = rays_off_spheres(scene)
+        hits, counts = build(COHERENCE, scene, f"cells={cells}").trace(rays)
+        want, of_tree = build("bvh", scene).trace(rays)
+        np.testing.assert_array_equal(hits.primitive, want.primitive)
+        tests.append(counts["N_IT"].mean())
+        steps.append(of_tree["N_TS"].mean())
+    assert max(tests) < 1.15 * min(tests)
+    assert steps[0] * 2.0 < steps[2]
+
+
+def test_shells_are_the_bad_case(build, lab):
+    """Where spheres overlap, each cell sees them: twice as many, and a ray tests twice as many."""
+    tests, shares = [], []
+    for size in (1, 2):
+        scene = lab.small_scene("shells") if size == 1 else make_sample("shells:size=2")
+        structure = build(COHERENCE, scene)
+        tests.append(structure.trace(rays_off_spheres(scene))[1]["N_IT"].mean())
+        shares.append(structure.statistics().extra["list_share"])
+    assert min(shares) > 0.15
+    assert tests[1] > 1.5 * tests[0]
+    sparse = build(COHERENCE, cloud(len(scene)))
+    sparse.trace(rays_off_spheres(sparse.scene))
+    assert sparse.statistics().extra["list_share"] < 0.1 * min(shares)
 
 
 def test_what_does_not_fit_is_refused_with_what_to_lower(build, lab, monkeypatch):
