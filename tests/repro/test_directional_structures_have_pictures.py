@@ -15,12 +15,25 @@ from accelscope.core.evaluation.pages.picture_cameras import camera_aside
 from accelscope.core.evaluation.pages.pictures import Gallery
 from accelscope.core.evaluation.pages.view import View
 from accelscope.core.evaluation.records.experiment import Built, make_record
+from accelscope.core.geometry.rays import Rays
 from accelscope.core.scene import ORTHOGRAPHIC, SUN, Light
-from accelscope.core.scene.camera_rays import camera_axes
+from accelscope.core.scene.camera_rays import REFLECTED, camera_axes
 from accelscope.core.structures import structures
 from accelscope.sample_scenes import make_sample
 
 DIRECTIONAL = {name: each for name, each in structures().items() if each.answers is not None}
+
+SMALL = {"ray_coherence": {"cells": 4, "light_cells": 8}}
+"""Settings of those that have no depth."""
+
+
+def rays_off_triangles(scene):
+    """Rays that make cells, for there are none before."""
+    sources = np.arange(len(scene))
+    directions = np.random.default_rng(1).normal(size=(len(scene), 3))
+    return Rays.from_arrays(
+        scene.triangles.mean(axis=1), directions, sources=sources, class_names=(REFLECTED,)
+    )
 
 
 def scenes():
@@ -38,7 +51,9 @@ def scenes():
 def test_all_cells_are_seen(name, tmp_path):
     kind = DIRECTIONAL[name]
     for scene in scenes():
-        structure = kind.build(scene, kind.Settings(max_depth=5))
+        structure = kind.build(scene, kind.Settings(**SMALL.get(name, {"max_depth": 5})))
+        if structure.made() is not None:
+            structure.trace(rays_off_triangles(scene))
         cells = structure.cells()
         camera = camera_aside(scene, cells.boxes, CAMERA in kind.needs)
         view = View(scene, camera)
