@@ -173,6 +173,8 @@ def leaving(scene, structure, count=300):
         parts.append((origins, directions, sources))
     origins, directions, sources = (np.concatenate(each) for each in zip(*parts, strict=True))
     total = len(origins)
+    if len(structure.arrays.starts):  # the first primitive of each instance
+        sources = np.append(structure.arrays.starts, [-1] * 4)[sources]
     starts = np.where(rng.random(total) < 0.2, rng.random(total), 0.0)
     ends = np.where(rng.random(total) < 0.2, starts + rng.random(total), np.inf)
     return Rays.from_arrays(
