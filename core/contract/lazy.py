@@ -97,6 +97,21 @@ class Finished(Progress):
         self.progress.announce(text)
 
 
+class Again(Progress):
+    """Tells of rays that are traced again as of other work: there are fewer of them."""
+
+    def __init__(self, progress: Progress) -> None:
+        self.progress = progress
+
+    def report(self, done: float, total: float, text: str) -> None:
+        """Pass it on."""
+        self.progress.report(done, total, f"{text}, again")
+
+    def announce(self, text: str) -> None:
+        """Pass it on."""
+        self.progress.announce(text)
+
+
 class MadeByRays(Structure):
     """A structure whose cells are made for the rays that are traced."""
 
@@ -228,7 +243,7 @@ class LazyStructure(MadeByRays):
             self._make(wanted, threads, progress)
             # In workspaces of its own: mailboxes that know of the last pass would lose hits.
             left = taken(rays, waiting)
-            traced = self._trace_looking(2 * look_ahead, left, None, threads, progress)
+            traced = self._trace_looking(2 * look_ahead, left, None, threads, Again(progress))
             for all_rays, some in zip(out, traced, strict=True):
                 all_rays[waiting] = some
         return out

@@ -382,7 +382,7 @@ def test_nothing_is_kept_unless_asked(scene, name):
     assert "order" not in cells.extra
     told = asked.cells()
     assert (asked.build_log is not None) == ("order" in told.extra) == (told.replaced is not None)
-    assert (asked.build_log is not None) == (name in (*SUBDIVISIONS, "bvh", "two_level"))
+    assert (asked.build_log is not None) == (name in (*SUBDIVISIONS, "bvh", "shafts", "two_level"))
     assert np.array_equal(cells.boxes, told.boxes)
     assert np.array_equal(cells.numbers, told.numbers)
 

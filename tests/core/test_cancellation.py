@@ -63,8 +63,8 @@ def test_a_build_stops(big, structure_name, number, monkeypatch):
     structure.build(make_sample("tetra:size=2"), structure.Settings(), counting)
     if not counting.reports:
         pytest.skip("there is nothing to build")
-    # A bvh is made before there is a third report; it is the first part of what is routed.
-    if structure_name in ("bvh", "routed"):
+    # A bvh is made before there is a third report; what is routed, and shafts, begin with one.
+    if structure_name in ("bvh", "routed", "shafts"):
         big = make_sample("soup:count=200000,edge=0.02")
     threads = set(threading.enumerate())
     progress = CancelAt(number)

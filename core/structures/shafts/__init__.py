@@ -28,7 +28,6 @@ from ...contract.events import NONE
 from ...contract.figures import Figure
 from ...contract.lazy import CELLS_MADE, LazyStructure, with_room
 from ...contract.statistics import Statistics
-from ...contract.structure import arrays_in
 from ...contract.workspace import STACK_SIZE, Workspace, make_workspace
 from ...geometry.rays import Rays
 from ...kernels import call
@@ -117,7 +116,7 @@ class Shafts(LazyStructure):
         starts = np.full((1, settings.max_starts), NONE, np.int32)
         starts[FROM_ROOT, 0] = tree.root
         arrays = ShaftArrays(
-            tree, tree.volumes.boxes(), classes, slack_of(bvh.geometry.reach),
+            tree, tree.volumes.boxes().copy(), classes, slack_of(bvh.geometry.reach),
             np.full(count_of(classes), UNMADE, np.int32), starts, np.zeros(0, np.uint8), 0,
         )  # fmt: skip
         return cls(scene, settings, bvh, arrays)
@@ -164,12 +163,6 @@ class Shafts(LazyStructure):
 
     def _workspace(self) -> Workspace:
         return make_workspace(cells=STACK_SIZE + self.settings.max_starts)
-
-    def memory(self) -> int:
-        """Return the bytes of the tree and of the classes."""
-        arrays: ShaftArrays = self.arrays
-        own = arrays.classes, arrays.rows, arrays.starts
-        return self.bvh.memory() + sum(array.nbytes for array in arrays_in(own))
 
     def classes_of(self, rays: Rays) -> np.ndarray:
         """Return the class of each ray, (n,) int64.
