@@ -101,7 +101,7 @@ def test_the_cone_in_blender(bpy, root, current, cases):
             assert figures["N_OIV"] <= MOST * 62
             assert figures["N_V"] < 1000
         found = current.traced.hits
-        hits[name] = found.t.tobytes(), found.primitive.tobytes()
+        hits[name] = found.t.tobytes(), found.primitive.astype(np.int64).tobytes()
     assert {name for name in hits if hits[name] != hits["naive"]} == set()
     assert (current.traced.hits.primitive >= 0).sum() > 100
     from_file = np.sort(load_mesh_file(path).triangles.reshape(62, 9), axis=0)
