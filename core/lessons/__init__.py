@@ -42,11 +42,15 @@ def lesson_named(name: str) -> Lesson:
 
 
 def lessons_about(structure: Structure) -> list[Lesson]:
-    """Return the lessons that are about structures of one kind, of which this one is."""
+    """Return the lessons that are about structures of one kind, of which this one is.
+
+    Programs of the ray tracing pipeline may be run through most of them, and are about none.
+    """
     return [
         lesson
         for lesson in lessons().values()
         if len(lesson.structures) == 1
         and lesson.suits is not any_structure
+        and not lesson.source.startswith("pipeline.")
         and not lesson.suits(structure)
     ]
