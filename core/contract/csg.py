@@ -208,7 +208,7 @@ def with_scratch(workspace: Workspace, geometry: Any) -> Workspace:
     return workspace._replace(
         cells=np.empty(cells, np.int32),
         enters=np.empty(len(workspace.enters) + 2 * geometry.room + STACK_WITHIN),
-        frame=np.zeros((3 * len(workspace.frame), 5)),
+        frame=np.zeros((3 * len(workspace.frame), 6)),
     )
 
 

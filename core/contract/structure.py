@@ -20,7 +20,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..geometry.cones import ConeArrays, cones_around
+from ..geometry.cones import ConeArrays, Spread, cones_around
 from ..geometry.csg.trees import Csg
 from ..geometry.instances import Instanced, levels_of_mesh, stored_in
 from ..geometry.rays import RayArrays, Rays, make_probe
@@ -437,14 +437,15 @@ class Structure(abc.ABC):
             arrays = arrays._replace(queries=np.full(1, query, dtype=np.uint8))
         return self._recorded(arrays)
 
-    def cover(self, rays: Rays, index: int, half_angle: float) -> tuple[np.ndarray, Steps]:
+    def cover(self, rays: Rays, index: int, spread: Spread | float) -> tuple[np.ndarray, Steps]:
         """Record the walk of a cone around one ray of a batch; return the items that it meets.
 
         Parameters
         ----------
-        half_angle : float
-            Between axis and side, in radians, above 0 and below a right angle. The cone is where
-            t, along its axis, is from t_min to t_max.
+        spread : Spread or float
+            What is around the ray: a number is a round cone's angle between axis and side, in
+            radians, above 0 and below a right angle. The cone is where t, along its axis, is from
+            t_min to t_max.
 
         Returns
         -------
@@ -460,13 +461,14 @@ class Structure(abc.ABC):
         """
         if not self.takes_cones:
             raise InputError(
-                f"cones do not go through {self.name}; choose naive, grid, bvh or sorted_volumes"
+                f"cones do not go through {self.name}; choose naive, grid, bvh, octree, kdtree or "
+                "sorted_volumes"
             )
         if not isinstance(self.geometry, Triangles):
             self.scene.refuse_other_items("cones meet")
-        if not 0.0 < half_angle < 0.5 * np.pi:
-            raise InputError("the angle of a cone must be above 0 and below 90 degrees")
-        steps = self._recorded(cones_around(rays.select(np.array([index])), half_angle))
+        if not isinstance(spread, Spread):
+            spread = Spread(float(spread))
+        steps = self._recorded(cones_around(rays.select(np.array([index])), spread))
         tests = steps.events_of(TEST)
         return np.unique(steps.primitive[tests[np.isfinite(steps.t_enter[tests])]]), steps
 

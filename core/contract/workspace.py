@@ -31,7 +31,7 @@ class Workspace(NamedTuple):
     enters : (k,) float64
         The stack of hierarchies: nodes still to visit and where the ray enters them. In other
         structures a list.
-    frame : (MOST_STRIPS, 5) float64
+    frame : (MOST_STRIPS, 6) float64
         What of the ray is the same for all volumes (:func:`..geometry.volume.prepare`), or for all
         planes of a tree (:func:`..structures.subdivision.tree.enter_root`).
     stack : (k, 4) float64
@@ -60,7 +60,7 @@ def deepened(workspace: Workspace, levels: int) -> Workspace:
     return workspace._replace(
         cells=np.empty(len(workspace.cells) + levels * STACK_WITHIN, np.int32),
         enters=np.empty(len(workspace.enters) + levels * STACK_WITHIN),
-        frame=np.zeros((len(workspace.frame) + levels * MOST_STRIPS, 5)),
+        frame=np.zeros((len(workspace.frame) + levels * MOST_STRIPS, 6)),
     )
 
 
@@ -83,6 +83,6 @@ def last_part(workspace, levels):
 def make_workspace(*, cells: int = 1, stack: int = 1, rows: int = 1, mailbox: int = 1) -> Workspace:
     """Return scratch memory for one thread, with so many rows of each."""
     return Workspace(
-        np.empty(cells, np.int32), np.empty(cells), np.zeros((MOST_STRIPS, 5)),
+        np.empty(cells, np.int32), np.empty(cells), np.zeros((MOST_STRIPS, 6)),
         np.zeros((stack, 4)), np.zeros((rows, 7)), np.full(mailbox + 1, -1, np.int32),
     )  # fmt: skip

@@ -1,8 +1,13 @@
-"""Cones: probes that ask which items lie in a direction, give or take an angle.
+"""Cones and pyramids: probes that ask which items lie in a direction, give or take an angle.
 
 A cone goes through the same walks as a ray: it has all that a ray has, its axis, and an angle
 beside. Only two questions are answered otherwise: whether it reaches into a volume, and whether it
 meets an item. The answer is not the nearest hit but everything that it meets.
+
+Seen along its axis, one unit before the apex, a round cone is a circle. It may be an ellipse, too,
+or a rectangle, and then is a pyramid. Scaled by its two half-widths each of them is a unit circle
+or a square of side 2, and that is how items are asked. Volumes, and cells, are asked by the round
+cone around it.
 
 A volume is asked by the ball around it: a ball at some distance from the axis is out of reach when
 it is farther from the cone's side than its radius. Items are asked exactly: a triangle meets a cone
@@ -13,10 +18,12 @@ J. Amanatides: Ray Tracing with Cones, SIGGRAPH 1984.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import InputError
 from ..kernels import dispatched, implements, inner, whole
 from .box import Boxes
 from .combined import Intersection, Union
@@ -38,11 +45,18 @@ class ConeArrays(NamedTuple):
     rays : RayArrays
         The axes.
     slopes : (n,) float64
-        Tangents of the angles between axis and side.
+        Tangents of the angles between the axis and the side of the round cone around each.
+    across, above : (n, 3) float64
+        At right angles to the axis and to each other, each divided by the half-width along it.
+    is_square : (n,) bool
+        Whether it is a pyramid.
     """
 
     rays: RayArrays
     slopes: np.ndarray
+    across: np.ndarray
+    above: np.ndarray
+    is_square: np.ndarray
 
 
 class Cone(NamedTuple):
@@ -57,7 +71,10 @@ class Cone(NamedTuple):
     length : float
         Of the direction: a point at t is t * length away from the apex along the axis.
     slope : float
-        Tangent of the angle between axis and side.
+        Tangent of the angle between the axis and the side of the round cone around it.
+    ax, ay, az, bx, by, bz : float
+        See `across` and `above` of :class:`ConeArrays`.
+    is_square : bool
     """
 
     ox: float
@@ -96,12 +113,84 @@ class Cone(NamedTuple):
     uz: float
     length: float
     slope: float
+    ax: float
+    ay: float
+    az: float
+    bx: float
+    by: float
+    bz: float
+    is_square: bool
 
 
-def cones_around(rays: Rays, half_angles: np.ndarray | float) -> ConeArrays:
-    """Return cones whose axes are rays; `half_angles`, (n,), in radians, are below a right one."""
+ROUND, SQUARE = "cone", "pyramid"
+
+
+@dataclass(frozen=True)
+class Spread:
+    """What is around an axis.
+
+    Attributes
+    ----------
+    half_angle : float
+        Between the axis and the side, in radians.
+    other : float or None
+        The same at right angles to that; None for as much.
+    shape : {"cone", "pyramid"}
+    across : (3,) float64 or None
+        Where `half_angle` is seen, as far as that is at right angles to the axis; None for any.
+    """
+
+    half_angle: float
+    other: float | None = None
+    shape: str = ROUND
+    across: np.ndarray | None = None
+
+    def half_widths(self) -> tuple[float, float]:
+        """Return the half-widths one unit before the apex.
+
+        Raises
+        ------
+        InputError
+            If an angle is none.
+        """
+        angles = self.half_angle, self.half_angle if self.other is None else self.other
+        if not all(0.0 < angle < 0.5 * np.pi for angle in angles):
+            raise InputError(f"the angle of a {self.shape} must be above 0 and below 90 degrees")
+        return float(np.tan(angles[0])), float(np.tan(angles[1]))
+
+    def axes(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return unit vectors across each axis, (n, 3), and at right angles to both."""
+        units = directions / np.abs(directions).max(axis=1, keepdims=True)
+        units /= np.linalg.norm(units, axis=1, keepdims=True)
+        if self.across is None:
+            beside = np.eye(3)[np.abs(units).argmin(axis=1)]
+        else:
+            beside = np.broadcast_to(self.across, units.shape)
+        across = beside - (beside * units).sum(axis=1)[:, None] * units
+        lengths = np.linalg.norm(across, axis=1, keepdims=True)
+        if not (lengths > 1e-9 * np.linalg.norm(beside, axis=1, keepdims=True)).all():
+            raise InputError("a cone is not spread along its own axis; choose another 'across'")
+        across /= lengths
+        return across, np.cross(units, across)
+
+
+def cones_around(rays: Rays, spread: Spread) -> ConeArrays:
+    """Return cones, or pyramids, whose axes are rays.
+
+    Raises
+    ------
+    InputError
+        If an angle is none, or the spread is along an axis.
+    """
     arrays = rays.arrays()._replace(queries=np.full(len(rays), ALL, dtype=np.uint8))
-    return ConeArrays(arrays, np.tan(np.broadcast_to(half_angles, len(rays))))
+    wide, high = spread.half_widths()
+    across, above = spread.axes(rays.directions)
+    is_square = spread.shape == SQUARE
+    slope = float(np.hypot(wide, high)) if is_square else max(wide, high)
+    return ConeArrays(
+        arrays, np.full(len(rays), slope), np.ascontiguousarray(across / wide),
+        np.ascontiguousarray(above / high), np.full(len(rays), is_square),
+    )  # fmt: skip
 
 
 @implements(make_probe, ConeArrays)
@@ -117,6 +206,9 @@ def make_cone(cones, index, reach):
         r.shear_x, r.shear_y, r.shear_z, r.t_min, r.t_max, r.query, r.time, r.mask,
         r.source, r.target, x / length, y / length, z / length, largest * length,
         cones.slopes[index],
+        cones.across[index, 0], cones.across[index, 1], cones.across[index, 2],
+        cones.above[index, 0], cones.above[index, 1], cones.above[index, 2],
+        cones.is_square[index],
     )  # fmt: skip
 
 
@@ -224,18 +316,35 @@ for kind in (Boxes, KDOPs, OBBs, SmallestSpheres, Spheres, Intersection, Union):
 def meets_segment(cone, ax, ay, az, bx, by, bz):
     """Say whether a segment, from a to b as seen from the apex and not behind it, meets a cone.
 
-    The cone is where ``along^2 (1 + slope^2) - |p|^2 >= 0``: on the segment a parabola.
+    With coordinates x and y in half-widths, a cone is where ``along^2 - x^2 - y^2 >= 0``: on the
+    segment a parabola; a pyramid where neither of |x| and |y| is more than `along`.
     """
-    k = 1.0 + cone.slope * cone.slope
-    ex, ey, ez = bx - ax, by - ay, bz - az
-    a = ax * cone.ux + ay * cone.uy + az * cone.uz
-    e = ex * cone.ux + ey * cone.uy + ez * cone.uz
-    at_a = k * a * a - (ax * ax + ay * ay + az * az)
-    at_b = k * (a + e) * (a + e) - (bx * bx + by * by + bz * bz)
+    along = ax * cone.ux + ay * cone.uy + az * cone.uz
+    x = ax * cone.ax + ay * cone.ay + az * cone.az
+    y = ax * cone.bx + ay * cone.by + az * cone.bz
+    to_along = bx * cone.ux + by * cone.uy + bz * cone.uz
+    to_x = bx * cone.ax + by * cone.ay + bz * cone.az
+    to_y = bx * cone.bx + by * cone.by + bz * cone.bz
+    if cone.is_square:
+        begin, end = 0.0, 1.0
+        for side in range(4):
+            sign = 1.0 if side < 2 else -1.0
+            h = along + sign * (x if side % 2 == 0 else y)
+            to_h = to_along + sign * (to_x if side % 2 == 0 else to_y)
+            if h < 0.0 and to_h < 0.0:
+                return False
+            if h < 0.0:
+                begin = max(begin, h / (h - to_h))
+            elif to_h < 0.0:
+                end = min(end, h / (h - to_h))
+        return begin <= end
+    at_a = along * along - x * x - y * y
+    at_b = to_along * to_along - to_x * to_x - to_y * to_y
     if at_a >= 0.0 or at_b >= 0.0:
         return True
-    curvature = k * e * e - (ex * ex + ey * ey + ez * ez)
-    rise = k * a * e - (ax * ex + ay * ey + az * ez)
+    e, ex, ey = to_along - along, to_x - x, to_y - y
+    curvature = e * e - ex * ex - ey * ey
+    rise = along * e - x * ex - y * ey
     if curvature >= 0.0 or rise <= 0.0 or rise >= -curvature:
         return False
     return at_a - rise * rise / curvature >= 0.0

@@ -11,7 +11,6 @@ import numpy as np
 from ...geometry.instances import Instanced
 from ...geometry.rays import Rays
 from ...geometry.solids.mixed import Mixed
-from ...geometry.solids.tessellation import tessellated
 from ...kernels import announcing
 from ...pipeline.launch import Launched, Pipeline, State
 from ...pipeline.program import Program
@@ -20,6 +19,7 @@ from ...pipeline.stage import STAGE_NAMES
 from ...printing import show_integer
 from ...progress import SILENT, Progress
 from ...scene import Scene
+from ...scene.as_triangles import as_triangles
 from ...scene.camera_rays import camera_rays
 from ...settings import to_json
 from ..rays.camera import CameraWorkload, ViewSettings, camera_of, camera_used
@@ -62,21 +62,7 @@ def seen_by(program: Program, scene: Scene) -> Scene:
     geometry = scene.geometry
     if not isinstance(geometry, Mixed) or shaders_of(program).procedurals:
         return scene
-    corners, owners = tessellated(geometry)
-    made = Scene.from_triangles(
-        corners, scene.name, scene.source, object_ids=scene.object_ids[owners],
-        object_names=scene.object_names, camera=scene.camera, lights=scene.lights,
-        notes=(
-            *scene.notes,
-            f"its {len(geometry.ids)} items are seen as {len(corners)} triangles, for the program "
-            "has no intersection shader",
-        ),
-    )  # fmt: skip
-    items = owners[made.primitive_ids]
-    return dataclasses.replace(
-        made, background=scene.background, materials=scene.materials,
-        material_ids=None if scene.material_ids is None else scene.material_ids[items],
-    )  # fmt: skip
+    return as_triangles(scene, "the program has no intersection shader")
 
 
 def run(

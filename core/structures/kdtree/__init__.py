@@ -197,6 +197,7 @@ class KdTree(LinkedSubdivision):
     label = "kd-Tree"
     summary = "Binary tree of cells, cut by planes across one axis each"
     Settings = KdTreeSettings
+    takes_cones = True
 
     def __init__(
         self,

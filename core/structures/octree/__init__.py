@@ -204,6 +204,7 @@ class Octree(LinkedSubdivision):
     label = "Octree"
     summary = "Cells cut into eight, stored in four ways, walked in five"
     Settings = OctreeSettings
+    takes_cones = True
     FIGURES = (*FIGURES, *STORAGE_FIGURES, CELLS_MADE)
 
     def __init__(

@@ -27,6 +27,9 @@ For almost every ray that makes no difference. Where a ray meets two planes at n
 or runs within a plane, the cells on both sides are visited, and so a triangle that only touches a
 plane may be stored on one side alone.
 
+A cone comes to a plane with its end ahead, and is past it when the end behind is: that is all that
+it needs to be walked like a ray, see :func:`side_of_cone`.
+
 With d = 0 the inverse is infinite and so are both t, of equal sign if the ray runs clearly on one
 side of the plane, of different sign (or NaN) if it runs in it. Comparisons are written such that
 NaN means "both sides".
@@ -38,7 +41,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...kernels import dispatched, inlined, inner, whole
+from ...geometry.cones import Cone
+from ...geometry.rays import Ray
+from ...kernels import dispatched, implements, inlined, inner, whole
 
 STACK = 512
 """Nodes a walk can put aside: seven per level of an octree, and no tree is deeper than 60."""
@@ -54,6 +59,9 @@ TOP = whole(0)
 
 EMPTY: Any = whole(0)
 """Height of the stack with nothing on it."""
+
+WIDER = 1.0 + 1e-12
+"""What the width of a cone is multiplied by: rounding must not make it thinner."""
 
 NODE = 6
 """Column of a row, behind the six of a cell."""
@@ -132,8 +140,10 @@ def expand(tree, node, workspace, span, height):
 @inlined
 def plane_times(frame, axis, plane):
     """Return the early and the late t at which the ray meets a plane."""
-    inverse = frame[axis, 2]
-    return (plane - frame[axis, 0]) * inverse, (plane - frame[axis, 1]) * inverse
+    return (
+        (plane - frame[axis, 0]) * frame[axis, 2],
+        (plane - frame[axis, 1]) * frame[axis, 5],
+    )
 
 
 @inlined
@@ -186,6 +196,58 @@ def pop(workspace, height):
     return whole(stack[height, 0]), span
 
 
+@dispatched
+def write_frame(probe, frame):
+    """Write what of a probe is the same for all planes.
+
+    Of each axis: the origins for early and late t where d > 0 (the other way round where d < 0),
+    the inverse for early t; origin and direction; the inverse for late t.
+    """
+    raise TypeError(f"no frame of {type(probe).__name__}")
+
+
+@implements(write_frame, Ray, inline=True)
+def frame_of_ray(probe, frame):
+    """Write the origins moved by the slack; both inverses are the same."""
+    ray = probe
+    frame[0, 0], frame[0, 1], frame[0, 2] = ray.low_x, ray.high_x, ray.ix
+    frame[1, 0], frame[1, 1], frame[1, 2] = ray.low_y, ray.high_y, ray.iy
+    frame[2, 0], frame[2, 1], frame[2, 2] = ray.low_z, ray.high_z, ray.iz
+    frame[0, 3], frame[1, 3], frame[2, 3] = ray.ox, ray.oy, ray.oz
+    frame[0, 4], frame[1, 4], frame[2, 4] = ray.dx, ray.dy, ray.dz
+    frame[0, 5], frame[1, 5], frame[2, 5] = ray.ix, ray.iy, ray.iz
+
+
+@inner
+def side_of_cone(frame, axis, origin, d, u, slack, cone):
+    """Write the frame of a cone along one axis.
+
+    Seen along it, the cone at t is the interval from o + t (d - w) to o + t (d + w). It comes to a
+    plane when its end ahead does, and is past it when the end behind is: that one is slower, or
+    goes the other way, and then the cone is before the plane for ever.
+    """
+    sine = 1.0 - u * u
+    w = cone.length * cone.slope * (sine if sine > 0.0 else 0.0) ** 0.5 * WIDER
+    ahead, behind = abs(d) + w, abs(d) - w
+    sign = 1.0 if d >= 0.0 else -1.0
+    early, late = origin + sign * slack, origin - sign * slack
+    frame[axis, 2] = sign / ahead
+    frame[axis, 5] = sign / behind if behind > 0.0 else sign
+    if behind <= 0.0:
+        late = -sign * np.inf
+    frame[axis, 0], frame[axis, 1] = (early, late) if d >= 0.0 else (late, early)
+    frame[axis, 3], frame[axis, 4] = origin, d
+
+
+@implements(write_frame, Cone)
+def frame_of_cone(probe, frame):
+    """Let early t be those of the end ahead, and late t those of the end behind."""
+    c = probe
+    side_of_cone(frame, 0, c.ox, c.dx, c.ux, c.low_x - c.ox, c)
+    side_of_cone(frame, 1, c.oy, c.dy, c.uy, c.low_y - c.oy, c)
+    side_of_cone(frame, 2, c.oz, c.dz, c.uz, c.low_z - c.oz, c)
+
+
 @inner
 def enter_root(box, ray, frame):
     """Write the frame of a ray, and return where the ray enters the root's cell.
@@ -199,11 +261,7 @@ def enter_root(box, ray, frame):
     axis : int
         Axis of the plane through which it enters; -1 if it starts inside.
     """
-    frame[0, 0], frame[0, 1], frame[0, 2] = ray.low_x, ray.high_x, ray.ix
-    frame[1, 0], frame[1, 1], frame[1, 2] = ray.low_y, ray.high_y, ray.iy
-    frame[2, 0], frame[2, 1], frame[2, 2] = ray.low_z, ray.high_z, ray.iz
-    frame[0, 3], frame[1, 3], frame[2, 3] = ray.ox, ray.oy, ray.oz
-    frame[0, 4], frame[1, 4], frame[2, 4] = ray.dx, ray.dy, ray.dz
+    write_frame(ray, frame)
     enter, enter_late, axis = ray.t_min, ray.t_min, -1
     leave, leave_late = np.inf, np.inf
     for a in range(3):
