@@ -18,6 +18,8 @@ EXAMPLES = """\
 examples:
   accelscope probes sample:room --image room.png --svg room.svg
   accelscope probes sample:facade --probe beam:depth=2,width=640,height=480 --image facade.png
+  accelscope probes sample:suzanne --probe cone --structure bvh:volume=kdop14 --coverage cones.png
+  accelscope probes sample:balls:size=1 --probe pyramid --structure octree --image balls.png
 """
 
 
@@ -25,7 +27,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     """Declare the subcommand."""
     parser = commands.add_parser(
         "probes",
-        help="a picture of generalized rays: beams over flat polygons",
+        help="a picture of generalized rays: cones, pyramids, beams",
         description="Cast probes that carry more than a point, and write what they see: the "
         "picture by exact areas, the share of each pixel that is covered, and visible polygons.",
         epilog=f"{SPECS}\n{EXAMPLES}",
@@ -34,7 +36,8 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     add = parser.add_argument
     add("scenes", nargs="*", metavar="SCENE", help="one; without it, Blender's open file")
     add("--probe", default="beam", metavar="SPEC",
-        help="beam[:key=value,...]: where the camera stands, width and height, depth")  # fmt: skip
+        help="cone, pyramid or beam, which is the default, [:key=value,...]: where the camera "
+        "stands, width and height, what is its own")  # fmt: skip
     add("--structure", metavar="SPEC",
         help="what probes go through (default: what suits the probe)")  # fmt: skip
     add("--image", metavar="PATH.png", help="write the picture, and as numbers (.npy)")
@@ -69,6 +72,8 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     if len(chosen) > 1:
         raise InputError("probes takes one structure; name it")
     structure, structure_settings = chosen[0]
+    if arguments.svg and not probe.draws:
+        raise InputError(f"probe {name} knows no outlines; leave --svg out, or choose beam")
     if arguments.svg and not arguments.svg.lower().endswith(".svg"):
         raise InputError(f"--svg writes SVG; call it something.svg, not '{arguments.svg}'")
     scenes = scenes_of(arguments.scenes, arguments.instances, open_file)
@@ -88,8 +93,6 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     note_on(arguments, scene)
     with Results(arguments, probed.table, 1) as results:
         cast = probe.cast(scene, structure, structure_settings, settings, progress)
-        if arguments.svg and not cast.drawing:
-            raise InputError(f"probe {name} knows no outlines; leave --svg out, or choose beam")
         results.records.append(probed.make_record(scene, probe, settings, cast))
         write_files(arguments, cast)
     return results.exit_code

@@ -7,9 +7,7 @@ a window that is smaller than a pixel is not lost.
 A point on the border of two pieces is in both. Which of them a ray would hit there is a matter of
 rounding; those few pixels ask one.
 
-Colours are those of flat shading: one for each polygon, lit in its middle, without shadows
-(W. J. Bouknight: A procedure for generation of three-dimensional half-toned computer graphics
-presentations, CACM 13(9), 1970).
+Colours are those of flat shading (:mod:`.flat_shading`).
 """
 
 from __future__ import annotations
@@ -21,10 +19,10 @@ import numpy as np
 
 from ..geometry.rays import Rays
 from ..kernels import call, inner, kernel
-from ..scene import AREA, SUN, Camera, Light
+from ..scene import Camera, Light
 from ..scene.camera_rays import Window, camera_rays, window_of
-from ..scene.whitted.shading import Surfacing, intensity
 from .beam_tree import BeamNode
+from .flat_shading import flat_colours
 from .polygonal import Polygonal
 from .visible import MISS, Pieces
 
@@ -232,20 +230,8 @@ def colours_of(scene: Polygonal, node: BeamNode, lights: Sequence[Light]) -> np.
     colours = np.tile(np.array(scene.scene.background, dtype=np.float64), (len(items), 1))
     seen = np.flatnonzero(items != MISS)
     polygons = node.pieces.polygons[seen]
-    planes, middles = scene.convex.planes[polygons], scene.middles[polygons]
-    # The side that is seen.
-    sides = np.where(planes[:, :3] @ node.beam.apex > planes[:, 3], 1.0, -1.0)
-    normals = sides[:, None] * planes[:, :3]
-    arriving = np.ones(len(seen))
-    for light in lights:
-        to_light = light.position - middles
-        if light.kind == SUN:
-            to_light = np.broadcast_to(-light.direction, middles.shape)
-        lengths = np.linalg.norm(to_light, axis=1)
-        cosines = (normals * to_light).sum(axis=1) / np.where(lengths > 0.0, lengths, 1.0)
-        if light.kind == AREA:  # it shines to its front
-            cosines = np.where(to_light @ light.direction < 0.0, cosines, 0.0)
-        arriving += np.maximum(cosines, 0.0)
-    made_of = Surfacing.of(scene.scene).at(scene.scene.materials_of(items[seen]))
-    colours[seen] = intensity(len(lights)) * arriving[:, None] * made_of.matt
+    colours[seen] = flat_colours(
+        scene.scene, items[seen], scene.convex.planes[polygons], scene.middles[polygons],
+        node.beam.apex, lights,
+    )  # fmt: skip
     return colours

@@ -25,9 +25,10 @@ import numpy as np
 
 from ..kernels import call, inner, kernel, whole
 from ..memory import refuse_if_too_large
+from ..structures.bsp.storage import BspArrays
 from .beam import Beam
 from .clipping import CLOSED, FREE, OPEN, Room, make_room, take
-from .polygonal import Polygonal
+from .polygonal import Convex, Polygonal
 
 MISS = -1
 """Item of a piece in which nothing is seen."""
@@ -313,20 +314,32 @@ def visible(scene: Polygonal, beam: Beam) -> Pieces:
     InputError
         If there are more pieces than fit into memory.
     """
-    tree, convex = scene.tree.arrays.tree, scene.convex
+    tree = scene.tree.arrays.tree
+    reach = float(np.abs([scene.scene.lower, scene.scene.upper]).max())
+    return seen_in(tree, int(scene.tree.grown.depth.max()), scene.convex, beam, reach)
+
+
+def seen_in(tree: BspArrays, levels: int, convex: Convex, beam: Beam, reach: float) -> Pieces:
+    """Return the pieces of a beam; parameters beside those of :func:`visible`.
+
+    Parameters
+    ----------
+    levels : int
+        Of the tree.
+    reach : float
+        The largest coordinate of what it holds.
+    """
     corners = np.concatenate(beam.windows)
     directions = beam.directions(corners)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     apex, planes = beam.apex, beam.plane_seen(convex.planes)
     heights = convex.planes[:, :3] @ apex - convex.planes[:, 3]
-    coordinates = np.abs([scene.scene.lower, scene.scene.upper, apex]).max()
-    planes[np.abs(heights) <= EDGE_ON * coordinates, 3] = 0.0
+    planes[np.abs(heights) <= EDGE_ON * max(reach, float(np.abs(apex).max())), 3] = 0.0
     looking = Looking(
         np.ascontiguousarray(beam.matrix), apex, directions, np.array(beam.bounds), planes,
         tree.shell, SHARP * max(1.0, float(np.abs(corners).max())),
     )  # fmt: skip
     largest = int(np.diff(convex.offsets).max(initial=0)) + len(beam.bounds) + 2
-    levels = int(scene.tree.grown.depth.max())
     n_regions = 4 * len(convex.items) + 4 * len(beam.windows)
     while True:
         refuse_if_too_large(
@@ -345,7 +358,8 @@ def pieces_of(room: Room, items: np.ndarray) -> Pieces:
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     place = np.repeat(room.start[regions] - offsets[:-1], sizes) + np.arange(offsets[-1])
     points = room.points[place]
-    seen = np.where(polygons == FREE, MISS, items[polygons])
+    seen = np.full(len(polygons), MISS, np.int64)
+    seen[polygons != FREE] = items[polygons[polygons != FREE]]
     return Pieces(points, offsets, seen, polygons, areas_of(points, offsets))
 
 

@@ -59,10 +59,39 @@ def test_a_scene_of_triangles_goes_through_a_tree_of_ones_own(run, tmp_path):
     assert 0.0 < made["cast"]["missed"] < 1.0
 
 
+@pytest.mark.parametrize(("probe", "structure"), [("cone", "kdtree"), ("pyramid", "bvh")])
+def test_cones_and_pyramids_cover_what_the_beam_sees(run, tmp_path, probe, structure):
+    """Of all pixels together; a cone is round, so of single pixels at edges not the same."""
+    covered, records = tmp_path / "covered.png", {}
+    for text, through in (
+        (f"{probe}:width=24,height=18", structure),
+        ("beam:width=24,height=18", "bsp"),
+    ):
+        outcome = run(
+            "probes", "sample:tetra:size=2", "--probe", text, "--structure", through,
+            "--coverage", covered, "--json", "-",
+        )  # fmt: skip
+        assert outcome.code == 0
+        (record,) = json.loads(outcome.out)["records"]
+        records[text.partition(":")[0]] = record["cast"], np.load(covered.with_suffix(".npy"))
+    (own, shares), (beam, exact) = records[probe], records["beam"]
+    assert own["probes"] == 24 * 18
+    assert own["covered"] == pytest.approx(shares.mean(), abs=1e-12)
+    assert own["covered"] == pytest.approx(1.0 - beam["missed"], abs=0.004)
+    inner = (exact < 1e-9) | (exact > 1.0 - 1e-9)
+    differ = np.abs(shares - exact)
+    assert differ[~inner].max() < (0.25 if probe == "cone" else 0.05)
+    # A cone of the pixel's area reaches a little beyond its sides.
+    assert differ[inner].max() < (0.12 if probe == "cone" else 0.02)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["sample:room", "--probe", "ray"], "there is no probe 'ray'; known are: beam"),
+        (["sample:room", "--probe", "ray"], "there is no probe 'ray'; known are: cone, pyramid"),
+        (["sample:tetra", "--probe", "cone", "--structure", "bsp"], "cones do not go through bsp"),
+        (["sample:tetra", "--probe", "cone", "--svg", "x.svg"], "cone knows no outlines"),
+        (["sample:tetra", "--probe", "pyramid:side=0"], "side"),
         (["sample:room", "--probe", "beam:depth=0"], "depth"),
         (["sample:room", "--structure", "grid"], "beams need the order of a BSP tree"),
         (["sample:balls:size=1"], "beams meet flat polygons only"),

@@ -40,9 +40,11 @@ class BeamProbe(Probe):
     summary = "One beam for the whole picture, clipped at polygons from front to back"
     Settings = BeamSettings
     structure = "bsp:planes=autopartition,max_leaf_size=1,max_depth=60"
+    draws = True
 
-    @staticmethod
+    @classmethod
     def cast(
+        cls,
         scene: Scene,
         structure: type[Structure],
         structure_settings: Any,

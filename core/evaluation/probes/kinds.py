@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from ...errors import InputError
 from .beam import BeamProbe
+from .cone import ConeProbe, PyramidProbe
 from .probe import Probe
 
-PROBES: dict[str, type[Probe]] = {probe.name: probe for probe in (BeamProbe,)}
+PROBES: dict[str, type[Probe]] = {
+    probe.name: probe for probe in (ConeProbe, PyramidProbe, BeamProbe)
+}
 
 
 def probe_named(name: str) -> type[Probe]:

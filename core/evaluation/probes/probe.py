@@ -71,6 +71,8 @@ class Probe(ABC):
         The settings dataclass; its pictures are those of a camera.
     structure : str
         The structure that they go through by default, as the command line names it.
+    draws : bool
+        Whether what is seen has outlines, to be drawn as SVG.
     """
 
     name: ClassVar[str]
@@ -78,10 +80,12 @@ class Probe(ABC):
     summary: ClassVar[str]
     Settings: ClassVar[type]
     structure: ClassVar[str]
+    draws: ClassVar[bool] = False
 
-    @staticmethod
+    @classmethod
     @abstractmethod
     def cast(
+        cls,
         scene: Scene,
         structure: type[Structure],
         structure_settings: Any,
