@@ -34,6 +34,12 @@ FAR = 1.2
 """How far a beam is drawn where it meets nothing, in the scene's diagonals."""
 
 
+def own_camera(scene: Scene) -> Camera:
+    """Return the lessons' own camera."""
+    middle = 0.5 * (scene.lower + scene.upper)
+    return Camera(middle + FROM * scene.diagonal, middle, np.array([0.0, 0.0, 1.0]), 48.0)
+
+
 def beam_of(scene: Scene, progress: Progress) -> tuple[Polygonal, Camera, Beam]:
     """Return a scene for beams, its camera or the lessons' own, and the beam of that.
 
@@ -54,9 +60,7 @@ def beam_of(scene: Scene, progress: Progress) -> tuple[Polygonal, Camera, Beam]:
     prepared = polygonal(scene, progress=progress)
     camera = scene.camera
     if camera is None or camera.kind != PERSPECTIVE:
-        middle = 0.5 * (scene.lower + scene.upper)
-        eye = middle + FROM * scene.diagonal
-        camera = Camera(eye, middle, np.array([0.0, 0.0, 1.0]), 48.0)
+        camera = own_camera(scene)
     return prepared, camera, camera_beam(camera, WIDTH, HEIGHT)
 
 
