@@ -143,7 +143,7 @@ HAND_MADE = {
 }
 
 SOLIDS = ["balls", "gears", "jacks", "lattice", "mount", "rings", "shells", "teapot", "tree"]
-SOLIDS += ["csg_classic", "csg_rook", "csg_plate", "csg_chain", "room", "facade"]
+SOLIDS += ["room", "facade", "csg_classic", "csg_rook", "csg_plate", "csg_chain"]
 """Samples of other items than triangles: test_structures_over_samples.py traces those."""
 
 INSTANCES = ["crowd", "forest", "overlapping"]
