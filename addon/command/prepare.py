@@ -7,6 +7,7 @@ Like :mod:`.main`, this imports no ``bpy``. The add-on runs it in a process of i
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import functools
 import os
 import queue
@@ -262,14 +263,13 @@ def compile_structure(name: str) -> None:
     from ...core.evaluation.rays.workloads import workload_named
     from ...core.evaluation.records.experiment import Built, make_record, trace
     from ...core.structures import structure_named
-    from ...core.structures.routed import ROUTES
 
     scene, entry = make_sample(SAMPLE), structure_named(name)
     settings = entry.Settings()
     if entry.answers is not None:
-        parts = {kind: name for kind in entry.answers if kind in ROUTES}
-        entry = structure_named("routed")
-        settings = entry.Settings(**parts)
+        answers, entry = entry.answers, structure_named("routed")
+        routes = {field.name for field in dataclasses.fields(entry.Settings)}
+        settings = entry.Settings(**{kind: name for kind in answers if kind in routes})
     structure = entry.build(scene, settings, SILENT, log=True)
     structure.cells()
     built = Built(structure, 0.0)

@@ -45,7 +45,7 @@ class Settings:
         0, "Mesh", "Whose tree and places are shown; 0 is that with most instances", minimum=0
     )
     everywhere: bool = setting(
-        True, "In All Places", "Show the mesh wherever an instance of it is, not in one place"
+        True, "In All Places", "Show the mesh wherever an instance of it is, too"
     )
 
 
@@ -88,9 +88,9 @@ class TwoLevels(Play):
         return self._mesh(settings, settings.level - self.deepest - 2)
 
     def _places(self, settings: Settings) -> np.ndarray:
-        """Return the instances in whose places the mesh is shown, at least one."""
-        places = np.flatnonzero(self.geometry.which == self.meshes[settings.mesh])
-        return places if settings.everywhere else places[:1]
+        """Return the instances in whose places the mesh is shown."""
+        is_shown = self.geometry.which == self.meshes[settings.mesh]
+        return np.flatnonzero(is_shown & settings.everywhere)
 
     def _instance_boxes(self, opacity: float, settings: Settings) -> list[Any]:
         """Return the boxes of instances, those of the chosen mesh twice as strong as others."""
@@ -152,7 +152,8 @@ class TwoLevels(Play):
         parts = [*self._instance_boxes(0.4, settings), space.items()]
         few = self._places(settings)[:MOST_PLACES]
         # All of them together no more than are legible.
-        most = max(1, MOST_BOXES // len(few)) if len(few) * len(shown) > 1500 else len(shown)
+        is_much = len(few) * len(shown) > 1500
+        most = max(1, MOST_BOXES // len(few)) if is_much else len(shown)
         corners = box_segments(cells.boxes[shown[: max(most, 8)]])
         for number in few:
             moved = moved_points(corners, self.geometry.matrices[number])

@@ -473,6 +473,7 @@ def test_making_rays_can_be_stopped(build):
 
 def test_structures_that_exist_answer_every_class():
     assert all(
-        each.answers is None or set(each.answers) <= {"primary", "shadow", "reflected", "refracted"}
+        each.answers is None
+        or set(each.answers) <= {"primary", "shadow", "reflected", "refracted", "ambient"}
         for each in structures().values()
     )
