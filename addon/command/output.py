@@ -36,14 +36,15 @@ class CannotPrint(Exception):
     """Standard output cannot be written: a full disk, or a pipe whose reader has gone."""
 
 
-def add_output_options(parser: argparse.ArgumentParser, pictures: str) -> None:
-    """Declare where results go; `pictures` says what is to be seen in them."""
+def add_output_options(parser: argparse.ArgumentParser, pictures: str = "") -> None:
+    """Declare where results go; `pictures` says what is to be seen in them, if there are some."""
     add = parser.add_argument
     add("--json", metavar="PATH",
         help="write the records as JSON; - is standard output, for JSON alone")  # fmt: skip
     add("--csv", metavar="PATH",
         help="write the records as CSV; - is standard output, for CSV alone")  # fmt: skip
-    add("--pictures", metavar="DIR", help=f"write {pictures}, and a page")
+    if pictures:
+        add("--pictures", metavar="DIR", help=f"write {pictures}, and a page")
     add("--quiet", action="store_true",
         help="print errors only: no table, progress or remark, neither of Blender's")  # fmt: skip
 
@@ -53,6 +54,21 @@ def add_threads_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--threads", type=int, default=0, metavar="N", help="0, the default, takes every core"
     )
+
+
+def image_files(path: str | None, option: str) -> list[Path]:
+    """Return the files that an image is written to; none if none is asked for.
+
+    Raises
+    ------
+    InputError
+        If its name is that of another kind of file.
+    """
+    if path is None:
+        return []
+    if Path(path).suffix.lower() != ".png":
+        raise InputError(f"{option} writes PNG; call it something.png, not '{path}'")
+    return [Path(path), Path(path).with_suffix(".npy")]
 
 
 # ----------------------------------------------------------------------------- what is printed

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import functools
-from pathlib import Path
 from typing import Any
 
 from ...core.errors import InputError
@@ -23,7 +22,9 @@ from .arguments import (
 )
 from .output import (
     Results,
+    add_output_options,
     add_threads_option,
+    image_files,
     note_on,
     note_on_numba,
     progress_of,
@@ -61,9 +62,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     add("--calls", metavar="PATH.png",
         help="write how often shaders were called for each pixel, and the numbers")  # fmt: skip
     add("--pixel", metavar="X,Y", help="tell the states of one pixel's rays, from the top left")
-    add("--json", metavar="PATH", help="write the record as JSON; - is standard output")
-    add("--csv", metavar="PATH", help="write the record as CSV; - is standard output")
-    add("--quiet", action="store_true", help="print errors only")
+    add_output_options(parser)
     add_scene_options(parser)
     add_threads_option(parser)
     parser.set_defaults(run=run, pictures=None)
@@ -140,21 +139,6 @@ def pixel_of(text: str, view: Any) -> tuple[int, int]:
             f"pixel {x},{y} is not in the picture, which is {view.width} by {view.height}"
         )
     return x, y
-
-
-def image_files(path: str | None, option: str) -> list[Path]:
-    """Return the files that an image is written to; none if none is asked for.
-
-    Raises
-    ------
-    InputError
-        If its name is that of another kind of file.
-    """
-    if path is None:
-        return []
-    if Path(path).suffix.lower() != ".png":
-        raise InputError(f"{option} writes PNG; call it something.png, not '{path}'")
-    return [Path(path), Path(path).with_suffix(".npy")]
 
 
 def write_images(arguments: argparse.Namespace, made: Any) -> None:

@@ -11,8 +11,16 @@ from typing import Any
 
 from ...core.errors import InputError
 from .arguments import SPECS, OpenFile, add_scene_options, opened, scenes_of, structure_specs
-from .output import Results, note_on, note_on_numba, progress_of, refuse_bad_outputs, say
-from .pipeline import image_files
+from .output import (
+    Results,
+    add_output_options,
+    image_files,
+    note_on,
+    note_on_numba,
+    progress_of,
+    refuse_bad_outputs,
+    say,
+)
 
 EXAMPLES = """\
 examples:
@@ -44,9 +52,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     add("--coverage", metavar="PATH.png",
         help="write the share of each pixel that is covered, and as numbers (.npy)")  # fmt: skip
     add("--svg", metavar="PATH.svg", help="write the visible polygons; of beams only")
-    add("--json", metavar="PATH", help="write the record as JSON; - is standard output")
-    add("--csv", metavar="PATH", help="write the record as CSV; - is standard output")
-    add("--quiet", action="store_true", help="print errors only")
+    add_output_options(parser)
     add_scene_options(parser)
     parser.set_defaults(run=run, pictures=None)
 

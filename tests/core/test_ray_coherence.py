@@ -7,7 +7,7 @@ import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.evaluation.rays.workloads import workload_named
 from accelscope.core.geometry.rays import ALL, ANY, CLOSEST, Rays
-from accelscope.core.geometry.solids.description import MovingTriangle, Polygon, Sphere
+from accelscope.core.geometry.solids.description import Sphere
 from accelscope.core.kernels import call, kernel
 from accelscope.core.scene import AREA, SUN, Light, Scene
 from accelscope.core.structures.directional.faces import cube
@@ -22,6 +22,7 @@ from accelscope.core.structures.ray_coherence.condition import (
 from accelscope.core.structures.ray_coherence.making import mark_items
 from accelscope.sample_scenes import make_sample, samples
 from directional_cases import lit, shadow_rays_of
+from ray_space_cases import moving
 
 COHERENCE = "ray_coherence"
 CLASSES = ("reflected", "shadow")
@@ -249,17 +250,6 @@ def test_awkward_rays(build, lab, name, text):
 @pytest.mark.parametrize("sample", samples())
 def test_awkward_rays_of_every_sample(build, lab, sample, text):
     check(build, lab.small_scene(sample), text)
-
-
-def moving():
-    rng = np.random.default_rng(6)
-    corners = rng.random((60, 3, 3)) * 0.3 + rng.random((60, 1, 3))
-    shifts = 0.5 * rng.normal(size=(60, 1, 3))
-    items = [MovingTriangle(c, c + s) for c, s in zip(corners, shifts, strict=True)]
-    items += [Sphere(rng.random(3), 0.1) for _ in range(10)]
-    arrow = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (0, -0.5, 0), (-1, 1, 0.0)])
-    items += [Polygon(0.2 * arrow + rng.random(3)) for _ in range(10)]
-    return Scene.from_items(items, "moving")
 
 
 def test_what_moves(build):

@@ -67,23 +67,11 @@ def cut_down(tree, path, height, shapes, item, shell, lists):
 
 
 @kernel
-def add_cut_areas(tree, nodes, shapes, shell, lists, path, areas):
-    """Add to `areas`, per item, those of its parts in the leaves that list it.
-
-    Returns the number of entries of leaves of which nothing is left.
-    """
-    n_empty = 0
-    for leaf in range(len(nodes)):
-        height = way_down(tree, nodes[leaf], path)
-        for entry in range(tree.offsets[leaf], tree.offsets[leaf + 1]):
-            item = tree.references[entry]
-            reference = cut_down(tree, path, height, shapes, item, shell, lists)
-            if reference == NOTHING:
-                n_empty += 1
-                continue
-            first, size = lists.start[reference], lists.size[reference]
-            areas[item] += polygon_area(lists.points, first, first + size)
-    return n_empty
+def add_areas(parts, references, areas):
+    """Add the area of every part to that of its item; of what is nothing that is 0."""
+    for entry in range(len(references)):
+        begin, end = parts.offsets[entry], parts.offsets[entry + 1]
+        areas[references[entry]] += polygon_area(parts.points, begin, end)
 
 
 @kernel
@@ -119,16 +107,6 @@ def room_for(tree: Grown, shapes: Shapes) -> tuple[np.ndarray, Lists, np.ndarray
     return nodes, lists, np.zeros(depth, np.int64)
 
 
-def covered_areas(tree: Grown, shapes: Shapes, shell: float) -> tuple[np.ndarray, int]:
-    """Return of every item the area of its parts in leaves, and how many parts are nothing.
-
-    The area of what is not cut means nothing.
-    """
-    nodes, lists, path = room_for(tree, shapes)
-    areas = np.zeros(len(shapes.start))
-    return areas, int(call(add_cut_areas, tree, nodes, shapes, shell, lists, path, areas))
-
-
 def parts_in_leaves(tree: Grown, shapes: Shapes, shell: float) -> Parts:
     """Return the parts of items in the leaves that list them."""
     nodes, lists, path = room_for(tree, shapes)
@@ -139,3 +117,14 @@ def parts_in_leaves(tree: Grown, shapes: Shapes, shell: float) -> Parts:
     if len(points):
         call(write_parts, tree, nodes, shapes, shell, lists, path, offsets, points)
     return Parts(points, offsets)
+
+
+def covered_areas(tree: Grown, shapes: Shapes, shell: float) -> tuple[np.ndarray, int]:
+    """Return of every item the area of its parts in leaves, and how many parts are nothing.
+
+    The area of what is not cut means nothing.
+    """
+    parts = parts_in_leaves(tree, shapes, shell)
+    areas = np.zeros(len(shapes.start))
+    call(add_areas, parts, tree.references, areas)
+    return areas, int((np.diff(parts.offsets) == 0).sum())
