@@ -1,4 +1,3 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
 """Beam trees: mirrors are exact, refraction is where it says so, and all pieces add up."""
 
 import dataclasses

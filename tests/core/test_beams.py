@@ -1,4 +1,3 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
 """Beams: pieces that add up, that are what rays see, and closed forms of what is seen."""
 
 import numpy as np

@@ -1,4 +1,3 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
 """Shares that triangles cover of cones and pyramids, and lights that are seen in part."""
 
 import dataclasses
