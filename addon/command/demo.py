@@ -61,7 +61,7 @@ def main() -> int:
 
     from .main import main as command
 
-    print_lines("Evaluating them with every structure (some five minutes)", None, flush=True)
+    print_lines("Evaluating them with every structure (some ten minutes)", None, flush=True)
     code = command(
         ["evaluate", *paths, "--structure", "all", "--rays", *RAYS,
          "--json", str(output / "records.json"), "--csv", str(output / "records.csv"),
