@@ -20,7 +20,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from ..geometry.cones import ConeArrays, Spread, cones_around
+from ..geometry.cones import ConeArrays, Spread, cones_around, meets_all
 from ..geometry.csg.trees import Csg
 from ..geometry.instances import Instanced, levels_of_mesh, stored_in
 from ..geometry.rays import RayArrays, Rays, make_probe
@@ -459,18 +459,24 @@ class Structure(abc.ABC):
         InputError
             If cones do not go through this structure, or items of this kind are not asked by any.
         """
+        if not isinstance(spread, Spread):
+            spread = Spread(float(spread))
+        self.refuse_cones(spread)
+        steps = self._recorded(cones_around(rays.select(np.array([index])), spread))
+        tests = steps.events_of(TEST)
+        return np.unique(steps.primitive[tests[np.isfinite(steps.t_enter[tests])]]), steps
+
+    def refuse_cones(self, spread: Spread) -> None:
+        """Raise InputError if cones do not go through this structure, or do not meet its items."""
         if not self.takes_cones:
             raise InputError(
                 f"cones do not go through {self.name}; choose naive, grid, bvh, octree, kdtree or "
                 "sorted_volumes"
             )
-        if not isinstance(self.geometry, Triangles):
-            self.scene.refuse_other_items("cones meet")
-        if not isinstance(spread, Spread):
-            spread = Spread(float(spread))
-        steps = self._recorded(cones_around(rays.select(np.array([index])), spread))
-        tests = steps.events_of(TEST)
-        return np.unique(steps.primitive[tests[np.isfinite(steps.t_enter[tests])]]), steps
+        if not meets_all(self.geometry, spread):
+            if spread.is_circular:
+                self.scene.refuse_other_items("cones meet", "triangles and spheres")
+            self.scene.refuse_other_items("ellipses and pyramids meet")
 
     def _recorded(self, arrays: Any) -> Steps:
         """Return the steps of a batch of one."""

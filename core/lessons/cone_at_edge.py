@@ -21,7 +21,7 @@ from ..errors import InputError
 from ..geometry.cones import ROUND, SQUARE, Spread
 from ..geometry.marks import cone_lines
 from ..probes.beam_picture import coverage
-from ..probes.coverage import Coverage, Triangular, beam_around
+from ..probes.coverage import Coverage, Covering, beam_around
 from ..probes.visible import MISS, Pieces
 from ..progress import Progress
 from ..scene.as_triangles import as_triangles
@@ -65,12 +65,12 @@ class Edge(Play):
     def __init__(self, subject: Subject, progress: Progress) -> None:
         self.scene = as_triangles(subject.scene, "cones meet triangles only")
         progress.report(0, 3, "Building a BVH")
-        self.triangular = Triangular(build(self.scene, "bvh", progress))
+        self.covering = Covering(build(self.scene, "bvh", progress))
         self.camera = own_camera(self.scene)
         self.rays = camera_rays(self.camera, WIDTH, HEIGHT)
         self.window = window_of(self.camera, WIDTH, HEIGHT)
         self.right = camera_axes(self.camera)[1]
-        fine, _ = self.triangular.structure.trace(
+        fine, _ = self.covering.structure.trace(
             camera_rays(self.camera, SIDE * WIDTH, SIDE * HEIGHT), progress=progress
         )
         hits = (fine.primitive >= 0).reshape(HEIGHT, SIDE, WIDTH, SIDE)
@@ -112,14 +112,14 @@ class Edge(Play):
 
     def covered(self, pixel: int, shape: str) -> Coverage:
         """Return what covers the probe of a pixel."""
-        return self.triangular.coverage(self.rays, pixel, self.spread(pixel, shape))
+        return self.covering.coverage(self.rays, pixel, self.spread(pixel, shape))
 
     def picture(self, settings: Settings) -> Picture:
         """Return the picture of one pixel's probe."""
         pixel, shape = int(self.order[settings.pixel]), settings.shape
         spread = self.spread(pixel, shape)
-        met, steps = self.triangular.structure.cover(self.rays, pixel, spread)
-        pieces = self.triangular.pieces(met, beam_around(self.rays, pixel, spread))
+        met, steps = self.covering.structure.cover(self.rays, pixel, spread)
+        pieces = self.covering.pieces(met, beam_around(self.rays, pixel, spread))
         seen = self.covered(pixel, shape)
         share, row, column = float(seen.shares.sum()), *divmod(pixel, WIDTH)
         hidden = np.setdiff1d(met, seen.items)

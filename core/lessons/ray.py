@@ -19,8 +19,8 @@ import numpy as np
 from ..contract.events import HIT, SKIP, TEST, VISIT_EMPTY, VISIT_INNER, VISIT_LEAF, VOLUME_TEST
 from ..contract.outlines import dashes_of, wires_of
 from ..contract.steps import Steps
+from ..geometry.cones import Spread
 from ..geometry.rays import Rays
-from ..geometry.triangles import Triangles
 from ..progress import Progress
 from ..scene import ORTHOGRAPHIC, Camera, Scene
 from ..scene.camera_rays import camera_axes, camera_rays, framing_camera
@@ -219,8 +219,8 @@ class RayWalk(Play):
 def play(subject: Subject, settings: Settings, progress: Progress) -> Play:
     """Record the ray, or refuse the cone."""
     structure = subject.structures[0]
-    if settings.cone and not isinstance(structure.geometry, Triangles):
-        structure.scene.refuse_other_items("cones meet")
+    if settings.cone:
+        structure.refuse_cones(Spread(math.radians(settings.cone)))
     return RayWalk(subject, settings, progress)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..geometry.marks import stars
 from ..geometry.rays import Rays
-from ..probes.coverage import Triangular
+from ..probes.coverage import Covering
 from ..probes.soft_shadow import blockers, shares_seen
 from ..progress import Progress
 from ..scene import AREA, Light
@@ -79,7 +79,7 @@ class Shadow(Play):
     def __init__(self, subject: Subject, progress: Progress) -> None:
         scene = self.scene = as_triangles(subject.scene, "cones meet triangles only")
         progress.report(0, 4, "Building a BVH")
-        self.triangular = Triangular(build(scene, "bvh", progress))
+        self.covering = Covering(build(scene, "bvh", progress))
         size, lower, upper = scene.diagonal, scene.lower, scene.upper
         middle = 0.5 * (lower + upper)
         place = np.array([middle[0], middle[1], upper[2]]) + ABOVE * size
@@ -101,7 +101,7 @@ class Shadow(Play):
         angle, radius = np.pi * x, np.sqrt(0.5 + 0.5 * y)
         for done, (kind, light) in enumerate(self.lights.items(), 1):
             progress.report(done, 4, "Asking how much of the light is seen")
-            self.exact[kind] = shares_seen(self.triangular, self.points, light, progress)
+            self.exact[kind] = shares_seen(self.covering, self.points, light, progress)
             on = radius * np.array([np.cos(angle), np.sin(angle)]) if light.is_round else (x, y)
             there = light.position + np.column_stack([on[0], on[1]]) @ light.half_axes
             ways = there[None] - self.points[:, None]
@@ -109,18 +109,18 @@ class Shadow(Play):
                 np.repeat(self.points, MOST_RAYS, axis=0), ways.reshape(-1, 3), 1.0 - 1e-9,
                 t_min=1e-9,
             )  # fmt: skip
-            hits, _ = self.triangular.structure.trace(rays, progress=progress)
+            hits, _ = self.covering.structure.trace(rays, progress=progress)
             is_free = (hits.primitive < 0).reshape(POINTS, MOST_RAYS)
             self.samples[kind] = there
             self.sampled[kind] = np.cumsum(is_free, axis=1) / np.arange(1, MOST_RAYS + 1)
-        blockers(self.triangular, self.points[0], self.lights["disc"])
+        blockers(self.covering, self.points[0], self.lights["disc"])
 
     def picture(self, settings: Settings) -> Picture:
         """Return the picture of one point."""
         light, kind = self.lights[settings.light], settings.light
         point, n = self.points[settings.point], settings.rays
         exact, by_rays = self.exact[kind], self.sampled[kind][:, n - 1]
-        items = blockers(self.triangular, point, light)
+        items = blockers(self.covering, point, light)
         rim = self.rim(light)
         cone = np.stack([np.broadcast_to(point, rim.shape), rim], axis=1)
         middle = np.broadcast_to(light.position, rim.shape)

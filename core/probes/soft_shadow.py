@@ -19,7 +19,7 @@ from ..geometry.rays import Rays
 from ..progress import SILENT, Progress
 from ..scene import Light
 from .beam import Beam, with_apex
-from .coverage import UNIT_SQUARE, Triangular, areas_in_circle
+from .coverage import UNIT_SQUARE, Covering, areas_in_circle
 from .visible import MISS
 
 BEGIN = 1e-9
@@ -61,7 +61,7 @@ def light_beam(point: np.ndarray, light: Light) -> Beam | None:
     return Beam(with_apex(linear, point), (UNIT_SQUARE,), np.array(bounds))
 
 
-def blockers(scene: Triangular, point: np.ndarray, light: Light) -> np.ndarray:
+def blockers(scene: Covering, point: np.ndarray, light: Light) -> np.ndarray:
     """Return the triangles that may hide some of an area light from a point, (k,) int.
 
     Those that the round cone around the light meets, up to where the light ends.
@@ -84,7 +84,7 @@ def blockers(scene: Triangular, point: np.ndarray, light: Light) -> np.ndarray:
     return items
 
 
-def share_seen(scene: Triangular, point: np.ndarray, light: Light) -> float:
+def share_seen(scene: Covering, point: np.ndarray, light: Light) -> float:
     """Return the share of an area light that is seen from a point, whichever way it shines.
 
     Raises
@@ -105,7 +105,7 @@ def share_seen(scene: Triangular, point: np.ndarray, light: Light) -> float:
 
 
 def shares_seen(
-    scene: Triangular, points: np.ndarray, light: Light, progress: Progress = SILENT
+    scene: Covering, points: np.ndarray, light: Light, progress: Progress = SILENT
 ) -> np.ndarray:
     """Return the share of an area light that is seen from each of some points, (n, 3) to (n,).
 

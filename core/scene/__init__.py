@@ -368,23 +368,23 @@ class Scene:
             self.refuse_other_items("this is done")
         return self.geometry.corners
 
-    def refuse_other_items(self, what: str) -> NoReturn:
-        """Raise InputError: something is for triangles only, and there are other items.
+    def refuse_other_items(self, what: str, which: str = "triangles") -> NoReturn:
+        """Raise InputError: something is for some items only, and there are others.
 
         Parameters
         ----------
-        what : str
-            ``"cones meet"``.
+        what, which : str
+            ``"cones meet"``, and with what.
         """
         if is_of_triangles(self.geometry):
             raise InputError(
-                f"{what} with triangles only, and {self.name} holds instances; choose "
+                f"{what} with {which} only, and {self.name} holds instances; choose "
                 "--instances flatten, or another structure or setting",
                 self.name,
             )
         raise InputError(
-            f"{what} with triangles only, and {self.name} holds other items as well; choose "
-            "another structure or setting, or a scene of triangles",
+            f"{what} with {which} only, and {self.name} holds other items as well; choose "
+            f"another structure or setting, or a scene of {which}",
             self.name,
         )
 

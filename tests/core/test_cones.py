@@ -10,6 +10,8 @@ from accelscope.core.errors import InputError
 from accelscope.core.geometry.cones import ROUND, SQUARE, Cone, Spread
 from accelscope.core.geometry.kinds import KINDS
 from accelscope.core.geometry.rays import Ray, Rays
+from accelscope.core.geometry.solids.description import Placed, Sphere, Triangle
+from accelscope.core.geometry.solids.mixed import CENTRE, SPHERE
 from accelscope.core.scene import Scene
 from accelscope.core.structures import general_structures, structure_named
 from accelscope.sample_scenes import make_sample
@@ -181,5 +183,96 @@ def test_refusals():
     with pytest.raises(InputError, match="choose another 'across'"):
         naive.cover(rays, 0, Spread(0.1, across=rays.directions[0]))
     solids = built("naive", make_sample("balls:size=1"))
-    with pytest.raises(InputError, match="cones meet with triangles only"):
+    with pytest.raises(InputError, match="cones meet with triangles and spheres only"):
         solids.cover(rays, 0, 0.1)
+    balls = built("naive", spheres_and_triangles())
+    for spread in (Spread(0.1, 0.2), Spread(0.1, shape=SQUARE)):
+        with pytest.raises(InputError, match="ellipses and pyramids meet with triangles only"):
+            balls.cover(rays, 0, spread)
+    stretched = Placed(Sphere((0.0, 0.0, 0.0), 1.0), np.hstack([np.diag([1, 1, 2.0]), [[0]] * 3]))
+    with pytest.raises(InputError, match="cones meet with triangles and spheres only"):
+        built("naive", Scene.from_items([stretched], "egg")).cover(rays, 0, 0.1)
+
+
+def spheres_and_triangles(count=120, seed=8):
+    rng = np.random.default_rng(seed)
+    places, radii = rng.normal(size=(count, 3)) * 2.0, rng.random(count) * 0.5 + 0.01
+    spheres = [Sphere(*each) for each in zip(places, radii, strict=True)]
+    # Some that a matrix has turned and scaled are spheres as well.
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    placed = [Placed(each, np.column_stack([1.7 * turn, (0.1, 0.2, 0.3)])) for each in spheres[:9]]
+    return Scene.from_items(
+        [*placed, *spheres[9:], *map(Triangle, soup(40).triangles)], "spheres and triangles"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("bvh", {}),
+        ("grid", {"mailbox": True}),
+        *(
+            pytest.param(name, changes, marks=pytest.mark.exhaustive)
+            for name, changes in (
+                ("bvh", {"arity": "4"}),
+                ("bvh", {"volume": "sphere"}),
+                ("bvh", {"volume": "kdop14"}),
+                ("octree", {}),
+                ("kdtree", {}),
+                ("sorted_volumes", {}),
+            )
+        ),
+    ],
+    ids=lambda value: str(value),
+)
+def test_round_cones_meet_spheres_through_every_structure(name, changes):
+    scene = spheres_and_triangles()
+    naive, structure = built("naive", scene), built(name, scene, **changes)
+    rays, angles = cones()
+    balls = triangles = 0
+    for index, angle in enumerate(angles):
+        expected, _ = naive.cover(rays, index, angle)
+        items, _ = structure.cover(rays, index, angle)
+        np.testing.assert_array_equal(items, expected)
+        balls, triangles = balls + (items < 120).sum(), triangles + (items >= 120).sum()
+    assert balls > 100
+    assert triangles > 30
+
+
+def test_a_sphere_is_met_where_a_point_of_it_lies_in_the_cone():
+    """No point of a sphere in a cone is missed; and where none is near, it is not met."""
+    scene = spheres_and_triangles()
+    naive = built("naive", scene)
+    rays, angles = cones()
+    number = np.arange(20_000) + 0.5
+    z, turn = 1.0 - number / 10_000.0, np.pi * (1.0 + 5.0**0.5) * number
+    unit = np.column_stack(
+        [np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z]
+    )
+    is_sphere = np.flatnonzero(scene.geometry.kinds == SPHERE)
+    centres = scene.geometry.rows[is_sphere, CENTRE]
+    radii = np.linalg.norm(scene.geometry.points[scene.geometry.first[is_sphere]], axis=1)
+    met = grazed = 0
+    for index, angle in enumerate(angles):
+        items = set(naive.cover(rays, index, angle)[0].tolist())
+        length = np.linalg.norm(rays.directions[index])
+        axis, slope = rays.directions[index] / length, np.tan(angle)
+        low, high = rays.t_min[index] * length, rays.t_max[index] * length
+        for item, centre, radius in zip(is_sphere.tolist(), centres, radii, strict=True):
+            points = centre + radius * unit - rays.origins[index]
+            along = points @ axis
+            across = np.linalg.norm(points - along[:, None] * axis, axis=1)
+            # How far each is outside: of the side, and of the two ends.
+            out = np.maximum.reduce(
+                [(across - along * slope) * np.cos(angle), low - along, along - high]
+            )
+            if (out <= 0.0).any():
+                assert item in items
+                met += 1
+            # Of 20,000 points the next is within 0.02 radii, or in a narrow cone not.
+            elif out.min() > 0.03 * radius:
+                assert item not in items
+            else:
+                grazed += item in items
+    assert met > 150
+    assert grazed < 0.2 * met

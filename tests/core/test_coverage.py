@@ -8,7 +8,7 @@ import pytest
 from accelscope.core.errors import InputError
 from accelscope.core.geometry.cones import ROUND, SQUARE, Spread
 from accelscope.core.geometry.rays import Rays
-from accelscope.core.probes.coverage import Triangular, areas_in_circle, beam_around
+from accelscope.core.probes.coverage import Covering, areas_in_circle, beam_around
 from accelscope.core.probes.soft_shadow import share_seen, shares_seen
 from accelscope.core.probes.visible import MISS, Pieces
 from accelscope.core.scene import AREA, POINT, Light, Scene
@@ -20,7 +20,7 @@ ACROSS = np.array([1.0, 0.0, 0.0])
 def over(corners, name="naive"):
     kind = structure_named(name)
     scene = Scene.from_triangles(np.asarray(corners, float), "made")
-    return Triangular(kind.build(scene, kind.Settings()))
+    return Covering(kind.build(scene, kind.Settings()))
 
 
 def down(origin=(0.0, 0.0, 0.0), t_max=np.inf):

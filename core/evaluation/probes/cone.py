@@ -12,11 +12,11 @@ import numpy as np
 from ...contract.structure import Structure
 from ...errors import InputError
 from ...geometry.cones import ROUND, SQUARE, Spread
-from ...probes.coverage import Triangular
+from ...probes.coverage import Covering
 from ...probes.flat_shading import flat_colours
 from ...progress import SILENT, Progress
 from ...scene import PERSPECTIVE, Camera, Scene
-from ...scene.as_triangles import as_triangles
+from ...scene.as_triangles import as_triangles, as_triangles_and_spheres
 from ...scene.camera_rays import Window, camera_axes, camera_rays, window_of
 from ...scene.whitted import lights_for
 from ...settings import setting
@@ -26,6 +26,9 @@ from .probe import Cast, Probe, ProbeSettings, refuse_impossible, shares_of_obje
 
 SAME_AREA = 1.0 / math.sqrt(math.pi)
 """Radius of a circle that has the area of a unit square."""
+
+ROUNDING = 1e-12
+"""By how much the sides of a pixel may differ that is a square, relative to them."""
 
 
 @dataclass(frozen=True)
@@ -84,33 +87,38 @@ class ConeProbe(Probe):
         if not structure.takes_cones:
             raise InputError(f"cones do not go through {structure.name}; choose another structure")
         refuse_impossible(settings)
-        scene = as_triangles(scene, "cones meet triangles only")
+        scene = scene.flat()
         camera, width, height = camera_of(scene, settings), settings.width, settings.height
         if camera.kind != PERSPECTIVE:
             raise InputError(f"a {cls.name} has an apex; choose a perspective camera")
-        built = build(scene, structure, structure_settings, progress)
-        triangular, rays = Triangular(built.structure), camera_rays(camera, width, height)
-        window = window_of(camera, width, height)
+        rays, window = camera_rays(camera, width, height), window_of(camera, width, height)
         right = camera_axes(camera)[1]
+        first = cls.spread(camera, window, settings, rays.directions[0], right)
+        if first.is_circular:
+            scene = as_triangles_and_spheres(scene, "cones meet triangles and spheres only")
+        else:
+            scene = as_triangles(scene, f"{cls.name}s meet triangles only")
+        built = build(scene, structure, structure_settings, progress)
+        covering = Covering(built.structure)
         lights, apex = lights_for(scene, camera), np.asarray(camera.position, float)
-        colours = flat_colours(
-            scene, np.arange(len(scene)), triangular.planes, scene.triangles.mean(axis=1), apex,
-            lights,
-        )  # fmt: skip
+        numbers = np.arange(len(scene))
+        colours = flat_colours(scene, numbers, covering.planes, covering.middles, apex, lights)
         background = np.array(scene.background, dtype=np.float64)
         picture, covered = np.empty((width * height, 3)), np.empty(width * height)
         totals: dict[int, float] = {}
         met = 0
-        triangular.coverage(
-            rays, 0, cls.spread(camera, window, settings, rays.directions[0], right)
-        )
+        covering.coverage(rays, 0, first)
         start = time.perf_counter()
         for pixel in range(width * height):
             if pixel % 64 == 0:
                 progress.report(pixel, width * height, f"Casting {cls.name}s")
             spread = cls.spread(camera, window, settings, rays.directions[pixel], right)
-            seen = triangular.coverage(rays, pixel, spread)
+            seen = covering.coverage(rays, pixel, spread)
             covered[pixel] = share = seen.shares.sum()
+            spheres = seen.items[covering.radii[seen.items] > 0.0]
+            if len(spheres):
+                planes, middles = covering.facing(spheres, apex, rays.directions[pixel])
+                colours[spheres] = flat_colours(scene, spheres, planes, middles, apex, lights)
             picture[pixel] = seen.shares @ colours[seen.items] + (1.0 - share) * background
             met += len(seen.items)
             for item, part in zip(seen.items.tolist(), seen.shares.tolist(), strict=True):
@@ -119,7 +127,8 @@ class ConeProbe(Probe):
         partly = (covered > 1e-9) & (covered < 1.0 - 1e-9)
         figures = {
             "probes": width * height,
-            "triangles": len(scene),
+            "triangles": len(scene) - int((covering.radii > 0.0).sum()),
+            "spheres": int((covering.radii > 0.0).sum()),
             "seen_per_probe": met / (width * height),
             "covered": float(covered.mean()),
             "at_edges": float(partly.mean()),
@@ -148,6 +157,8 @@ class ConeProbe(Probe):
         scale = cls.half_width(settings) * 2.0 / length / math.sqrt(length)
         wide = scale * window.half_width / settings.width
         high = scale * window.half_height / settings.height
+        if math.isclose(wide, high, rel_tol=ROUNDING):
+            return Spread(math.atan(wide), None, cls.shape, right)
         return Spread(math.atan(wide), math.atan(high), cls.shape, right)
 
 
