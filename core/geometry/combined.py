@@ -2,8 +2,8 @@
 
 - Intersection: every member is fitted to the whole object. A ray is inside where it is inside all
   members: it enters with the last of them and leaves with the first.
-- Union: each member is fitted to a half of the triangles, in their order. A ray enters with the
-  first member it meets.
+- Union: each member is fitted to a half of the items, in their order (:mod:`.fit`). A ray enters
+  with the first member it meets.
 
 Members are of any kinds, combined ones too: three make an intersection of one and of an
 intersection of two.
@@ -172,14 +172,6 @@ def fit_intersection(volumes, index, corners, first, last):
     """Fit every member to all triangles."""
     fit(volumes.first, index, corners, first, last)
     fit(volumes.second, index, corners, first, last)
-
-
-@implements(fit, Union)
-def fit_union(volumes, index, corners, first, last):
-    """Fit each member to a half of the triangles; both to a single one."""
-    middle = (first + last) // 2
-    fit(volumes.first, index, corners, first, max(middle, first + 1))
-    fit(volumes.second, index, corners, middle, last)
 
 
 @implements(outside, Intersection)

@@ -9,6 +9,7 @@ import numpy as np
 from ..geometry.fit import fit_all
 from ..geometry.geometry import hulls_of
 from ..progress import SILENT, Progress
+from ..ranges import ranges
 from ..scene import Scene
 
 
@@ -33,9 +34,13 @@ def volume_around(scene: Scene, kind: str, progress: Progress = SILENT) -> Any:
     Cancelled
         From `progress`.
     """
-    corners, _ = hulls_of(scene.geometry)
+    corners, places = hulls_of(scene.geometry)
     progress.report(0, 2, "Fitting a volume")
     axis = int((scene.upper - scene.lower).argmax())
-    corners = corners[np.argsort(corners[:, :, axis].mean(axis=1), kind="stable")]
+    counts = np.diff(places)
+    middles = np.add.reduceat(corners[:, :, axis].mean(axis=1), places[:-1]) / counts
+    order = np.argsort(middles, kind="stable")
+    corners = corners[ranges(places[order], counts[order])]
+    places = np.append(0, np.cumsum(counts[order]))
     progress.report(1, 2, "Fitting a volume")
-    return fit_all(kind, corners, np.zeros(1, int), np.full(1, len(corners)), progress)
+    return fit_all(kind, corners, np.zeros(1, int), np.full(1, len(order)), progress, places)

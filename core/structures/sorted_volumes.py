@@ -186,8 +186,7 @@ class SortedVolumes(Structure):
         order, offsets = objects_of(scene, settings.parts, progress)
         items = scene.items(order)
         corners, places = hulls_of(items)
-        ends = places[offsets]
-        volumes = fit_all(settings.volume, corners, ends[:-1], ends[1:], progress)
+        volumes = fit_all(settings.volume, corners, offsets[:-1], offsets[1:], progress, places)
         return cls(scene, settings, VolumeList(volumes, offsets), items)
 
     def cells(self, progress: Progress = SILENT) -> Cells:
@@ -218,8 +217,7 @@ class SortedVolumes(Structure):
         if not np.array_equal(np.sort(ids), np.arange(len(self.scene))):
             violations.append("the order of the triangles is not a permutation")
         corners, places = hulls_of(self.geometry)
-        ends = places[offsets]
-        outsiders = sticking_out(self.arrays.volumes, corners, ends[:-1], ends[1:])
+        outsiders = sticking_out(self.arrays.volumes, corners, offsets[:-1], offsets[1:], places)
         if len(outsiders):
             violations.append(f"items stick out of {len(outsiders)} volumes")
         return violations
