@@ -209,8 +209,8 @@ def built_with(lab, name, scene, rng):
     """Build a structure with one of its variants; return it and how it is called."""
     variants = [text for owner, text in lab.ALL_VARIANTS if owner == name]
     text = variants[int(rng.integers(len(variants)))]
-    # The one setting that may lose rays.
-    text = "" if "overlap=open" in text else text
+    # The settings that may lose rays, or hits from behind.
+    text = "" if "overlap=open" in text or "cull=true" in text else text
     kind = structures()[name]
     return kind.build(scene, lab.settings_of(kind, text)), f"{name}:{text}"
 

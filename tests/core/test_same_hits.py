@@ -14,8 +14,14 @@ def promised(name, text, names, lab):
     return np.ones(len(names), dtype=bool)
 
 
+def skip_if_backs_are_culled(text):
+    if "cull=true" in text:
+        pytest.skip("what is hit from behind is missed, see test_back_faces.py")
+
+
 def test_hits_are_those_of_brute_force(lab, build, variant, scene_name):
     name, text = variant
+    skip_if_backs_are_culled(text)
     rays, names, want, _ = lab.truth(scene_name)
     mask = promised(name, text, names, lab)
     rays, names = rays.select(mask), names[mask]
@@ -32,6 +38,7 @@ def test_hits_are_those_of_brute_force(lab, build, variant, scene_name):
 
 def test_rays_in_walls_of_cells(lab, build, variant, scene_name):
     name, text = variant
+    skip_if_backs_are_culled(text)
     if name in ("grid", "macro_grid") and "overlap=open" in text:
         pytest.skip("an open grid may lose rays that run exactly in walls")
     scene = lab.small_scene(scene_name)

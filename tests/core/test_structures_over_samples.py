@@ -60,6 +60,8 @@ def test_a_bvh_has_the_hits_of_naive(build, lab, sample_of_solids):
 @pytest.mark.exhaustive
 def test_every_structure_has_the_hits_of_naive(build, lab, sample_of_solids, variant):
     name, text = variant
+    if "cull=true" in text:
+        pytest.skip("what is hit from behind is missed, see test_back_faces.py")
     scene = lab.small_scene(sample_of_solids)
     if isinstance(scene.geometry, Csg):
         refusals = {

@@ -19,7 +19,6 @@ Ray-Tracing Using Ray Classification, thesis, Macquarie University, 1996 (the ti
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -62,15 +61,11 @@ from ...kernels import call, implements, kernel, whole
 from ...progress import SILENT, Progress
 from ...ranges import longer
 from ...scene import Scene
-from ...settings import setting
 from . import ray_space
+from .back_faces import is_behind, normals_of
 from .making import SIMILAR, Rule, make, ordered, roots_of, without_old
 from .ray_space import LEAF, NO_LIST, UNMADE, find_cell, is_known, slack_of
-
-KEEP, EQUAL, MUCH_ALIKE = "none", "equal", "similar"
-
-CHUNK = 1 << 14
-"""Rays that are traced before lists are thrown away, if that is asked for."""
+from .settings import CHUNK, EQUAL, KEEP, MUCH_ALIKE, RayClassificationSettings
 
 MADE_SHARE = Figure("made_share", "cells that rays have come to / cells there are", "Share made")
 MEAN_LIST = Figure("mean_list", "length of lists, on average over all of ray space that is made",
@@ -83,66 +78,26 @@ COUNTERS = N_TS, N_ETS, N_EETS, N_IT, VOLUME_TESTS, STRANGERS
 MISSED = missing(COUNTERS)
 
 
-@dataclass(frozen=True)
-class RayClassificationSettings:
-    """How ray space is divided, and which lists are kept."""
-
-    dimensions: str = setting(
-        "5",
-        "Dimensions",
-        "What is known of a ray",
-        choices={"5": "Where it begins, and its direction", "6": "Its time, too"},
-    )
-    max_list_size: int = setting(
-        8,
-        "Max List Size",
-        "A cell is divided if more items are listed",
-        unit="items",
-        minimum=1,
-        maximum=1_000_000,
-    )
-    min_rays: int = setting(
-        16, "Min Rays", "A cell is divided if so many rays of a batch are in it", unit="rays",
-        minimum=1, maximum=1_000_000,
-    )  # fmt: skip
-    max_depth: int = setting(
-        24, "Max Depth", "How often a root is divided in two at most", minimum=0, maximum=60
-    )
-    truncate: bool = setting(
-        True, "Truncate", "Nothing is listed behind an item that blocks the whole beam of a cell"
-    )
-    merge: str = setting(
-        EQUAL,
-        "Merge",
-        "Which cells share the list of the cell that they are a half of",
-        choices={
-            KEEP: "None: each has its own",
-            EQUAL: "Those with the same list",
-            MUCH_ALIKE: "Those whose list would lack less than a tenth of it",
-        },
-    )
-    most_references: int = setting(
-        0, "Most References", "Lists that no ray has come to for the longest time are thrown away "
-        f"if more is stored, after every {CHUNK} rays", unit="references", minimum=0,
-        maximum=2**40,
-        unset="unlimited",
-    )  # fmt: skip
-
-
 @implements(walk, ray_space.Cells, inline=True)
 def walk_cells(structure, geometry, ray, number, workspace, log):
     """Find the cell of a ray, and test its candidates until nothing nearer can follow."""
-    best = NOTHING
+    best, culls = NOTHING, len(structure.normals) > 0
     enter, leave = span_box(structure.box, 0, ray, np.inf)
     note(log, VOLUME_TEST, NONE, NONE, enter if enter <= leave else np.inf, leave)
     if enter > leave or enter > ray.t_max:
         return Found(best.t, best.primitive, (0, 0, 0, 0, 1, 0))
     if not is_known(structure, ray):
         note(log, STRANGER, NONE, NONE, ray.t_min, ray.t_max)
-        best = test_leaf(
-            geometry, None, False, whole(0), whole(len(geometry.ids)), ray, number, workspace, log,
-            whole(NONE), ray.t_min, EVERYWHERE, True, best,
-        )  # fmt: skip
+        for i in range(len(geometry.ids)):
+            item = whole(i)
+            if culls and is_behind(structure.normals, item, ray.dx, ray.dy, ray.dz):
+                continue
+            best = test_leaf(
+                geometry, None, False, item, item + 1, ray, number, workspace, log, whole(NONE),
+                ray.t_min, EVERYWHERE, True, best,
+            )  # fmt: skip
+            if ray.query == ANY and best.primitive >= 0:
+                break
         return Found(best.t, best.primitive, (0, 0, 0, best.tests, 1, 1))
     cell, steps = find_cell(structure, ray, enter, log)
     slot, stop = structure.first[cell], structure.last[cell]
@@ -167,6 +122,8 @@ def walk_cells(structure, geometry, ray, number, workspace, log):
             note(log, SKIP, cell, NONE, limit, limit)
             break
         slot += 1
+        if culls and is_behind(structure.normals, item, ray.dx, ray.dy, ray.dz):
+            continue
         best = test_leaf(
             geometry, None, False, item, item + 1, ray, number, workspace, log, cell, enter,
             EVERYWHERE, True, best,
@@ -210,11 +167,14 @@ class RayClassification(MadeByRays):
         self.rule = Rule(
             settings.max_list_size, settings.max_depth, settings.min_rays,
             int(settings.dimensions), settings.truncate,
-            {KEEP: -1.0, EQUAL: 0.0, MUCH_ALIKE: SIMILAR}[settings.merge], slack,
+            {KEEP: -1.0, EQUAL: 0.0, MUCH_ALIKE: SIMILAR}[settings.merge], slack, settings.cull,
         )  # fmt: skip
         self.shapes, self.items = shapes_of(geometry, slack), ordered(scene.boxes())
         box = np.concatenate([scene.lower, scene.upper])
-        self.making = Making(*roots_of(box, slack, self.items))
+        cells, known = roots_of(box, slack, self.items)
+        if settings.cull:
+            cells = cells._replace(normals=normals_of(scene))
+        self.making = Making(cells, known)
         self.used = np.array([len(self.arrays.children), 0])
 
     @classmethod

@@ -22,6 +22,7 @@ from ...kernels import call, inner, kernel, whole
 from ...memory import refuse_if_too_large
 from ...progress import Progress
 from ...ranges import longer, ranges
+from .back_faces import AWAY, TOWARDS, seen_by_cell
 from .beam import MOST_PLANES, blocks_beam, bound_beam, box_in_beam, reaches_beam
 from .ray_space import LEAF, NO_LIST, ROOTS, TIME, UNMADE, Cells
 
@@ -56,6 +57,8 @@ class Rule(NamedTuple):
     similar : float
         A list that lacks at most this part of the parent's shares that; below 0 none does.
     slack : float
+    cull : bool
+        Whether what all rays of a cell see from behind is left out.
     """
 
     max_list_size: int
@@ -65,6 +68,7 @@ class Rule(NamedTuple):
     truncate: bool
     similar: float
     slack: float
+    cull: bool
 
 
 class Known(NamedTuple):
@@ -143,6 +147,9 @@ def list_cell(cells, known, rule, shapes, items, scratch, cell, ancestor, place)
         item = whole(items.order[root, slot] if ancestor < 0 else cells.references[slot])
         if items.nearest[root, item] > behind:
             break
+        seen = seen_by_cell(cells.normals, item, root, bounds) if rule.cull else TOWARDS
+        if seen == AWAY:
+            continue
         where = box_in_beam(items.boxes, item, scratch.planes, count, rule.slack)
         if where > 0 or (
             where == 0
@@ -158,6 +165,7 @@ def list_cell(cells, known, rule, shapes, items, scratch, cell, ancestor, place)
             farthest = items.farthest[root, item] + rule.slack
             if (
                 rule.truncate
+                and seen == TOWARDS
                 and farthest < behind
                 and blocks_beam(shapes, item, root, bounds, rule.slack, scratch.ray)
             ):
@@ -253,7 +261,7 @@ def roots_of(box: np.ndarray, slack: float, items: Ordered) -> tuple[Cells, Know
     cells = Cells(
         box[None].copy(), slack, np.full(ROOTS, UNMADE, np.int32), np.zeros(ROOTS, np.int32),
         np.zeros(ROOTS), none, none.copy(), np.zeros(0, np.int32), items.nearest,
-        np.zeros(ROOTS, np.int32), 0, np.zeros(ROOTS, np.uint8),
+        np.zeros(ROOTS, np.int32), 0, np.zeros(ROOTS, np.uint8), np.empty((0, 3)),
     )  # fmt: skip
     return cells, Known(bounds, np.full(ROOTS, -1, np.int32), numbers, np.zeros(ROOTS, np.int32))
 

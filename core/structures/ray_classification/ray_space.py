@@ -65,6 +65,8 @@ class Cells(NamedTuple):
         The pass of now.
     is_open : (n,) uint8
         1 for a cell of which it is still to be decided whether the rays of this batch divide it.
+    normals : (n_items, 3) float64
+        See :func:`.back_faces.normals_of`; none if backs are hit, too.
     """
 
     box: np.ndarray
@@ -79,6 +81,7 @@ class Cells(NamedTuple):
     used: np.ndarray
     now: int
     is_open: np.ndarray
+    normals: np.ndarray
 
 
 def slack_of(reach: np.ndarray) -> float:
