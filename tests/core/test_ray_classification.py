@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from accelscope.core.evaluation.rays.whitted import WhittedSettings, WhittedWorkload
+from accelscope.core.evaluation.records.experiment import Built, by_class, trace
 from accelscope.core.geometry.rays import ALL, ANY, Rays
 from accelscope.core.geometry.shapes import shapes_of
 from accelscope.core.kernels import call, kernel
@@ -20,6 +22,7 @@ from accelscope.core.structures.ray_classification.ray_space import (
     U,
     V,
 )
+from accelscope.sample_scenes import make_sample
 from ray_space_cases import awkward, members, moving
 
 # ------------------------------------------------------------------------------------- beams
@@ -230,9 +233,12 @@ def leaves_with_lists(structure):
     return np.flatnonzero((arrays.children < 0) & (arrays.first != NO_LIST))
 
 
-def check_lists(build, scene, count):
+LISTS = "min_rays=4,truncate=false,max_list_size=3"
+
+
+def check_lists(build, scene, count, text=LISTS):
     """Rays of random cells hit only what their cell lists; of what lies in front, everything."""
-    structure = build("ray_classification", scene, "min_rays=4,truncate=false,max_list_size=3")
+    structure = build("ray_classification", scene, text)
     structure.trace(awkward(scene))
     rng, arrays = np.random.default_rng(2), structure.arrays
     leaves = rng.choice(leaves_with_lists(structure), count)
@@ -264,6 +270,18 @@ def test_lists_are_conservative_for_a_million_rays(build, lab, sample_of_triangl
     check_lists(build, lab.small_scene(sample_of_triangles), 5000)
 
 
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("text", [
+    "", "max_list_size=1", "min_rays=1", "merge=none", "merge=similar", "max_depth=3",
+    "dimensions=6",
+])  # fmt: skip
+def test_lists_of_any_setting_are_conservative_for_a_million_rays(build, lab, text):
+    """A list is truncated behind what blocks its beam: nothing that lies there is met first."""
+    for name in ("suzanne", "balls"):
+        scene = lab.small_scene(name)
+        check_lists(build, scene, 25_000, ",".join(filter(None, [text, "truncate=false"])))
+
+
 def test_nothing_is_listed_behind_a_wall(build):
     """A wall across the scene: cells in front of it need not be divided for what is behind."""
     wall = np.array([[[-9, -9, 0.5], [9, -9, 0.5], [0, 20, 0.5]]])
@@ -288,3 +306,33 @@ def test_nothing_is_listed_behind_a_wall(build):
 def test_the_time_of_a_root_is_all_of_it(build):
     structure = build("ray_classification", moving())
     np.testing.assert_array_equal(structure.known.bounds[:, :, TIME], [[0.0, 1.0]] * ROOTS)
+
+
+# ------------------------------------------------------------------------------ published shapes
+
+
+def test_memory_and_gain_by_class_and_scene_are_as_published(build):
+    """Beside a BSP tree: more memory on balls, most gain for primary and shadow rays, on teapot.
+
+    A gain is the number of tests per ray of the one divided by that of the other. Arvo and Kirk
+    1987; R. Jones and J. Davis as well.
+    """
+    gains, size = {}, WhittedSettings(width=128, height=128)
+    for name in ("balls:size=3", "teapot:size=4"):
+        scene, tests = make_sample(name), {}
+        for kind in ("ray_classification", "bsp"):
+            structure = build(kind, scene)
+            tests[kind] = by_class(trace(Built(structure, 0.0), WhittedWorkload, size))
+            if kind == "ray_classification":
+                memory = structure.memory()
+        if name.startswith("balls"):
+            assert memory > 50 * structure.memory()
+        gains[name.split(":")[0]] = {
+            each: tests["bsp"][each]["N_IT"]["mean"]
+            / tests["ray_classification"][each]["N_IT"]["mean"]
+            for each in ("primary", "shadow", "reflected")
+        }
+    for gain in gains.values():
+        assert min(gain["primary"], gain["shadow"]) > 1.2 * gain["reflected"]
+    for each, gain in gains["balls"].items():
+        assert gains["teapot"][each] > 2.0 * gain
