@@ -173,7 +173,7 @@ def test_a_singular_matrix_is_never_hit():
 
 
 def test_a_hundred_thousand_instances_are_small():
-    """200 bytes each in the geometry; the hierarchy's nodes come beside them."""
+    """200 bytes each, the hierarchy's nodes among them; measured over fewer."""
     count = 20_000
     rng = np.random.default_rng(9)
     mesh = all_triangles(make_sample("tetra:size=4").triangles)
@@ -181,9 +181,8 @@ def test_a_hundred_thousand_instances_are_small():
     structure = structure_named("bvh").build(scene, structure_named("bvh").Settings())
     held = sum(array.nbytes for array in arrays_in(structure.geometry))
     shared = sum(array.nbytes for array in arrays_in(structure.geometry.items))
-    assert (held - shared) / count < 200
     nodes = sum(array.nbytes for array in arrays_in(structure.arrays))
-    assert nodes / count < 130
+    assert (held - shared + nodes) / count < 200
     # The memory of a structure is both, without the triangles of the meshes.
     assert structure.memory() == nodes + held - shared
 

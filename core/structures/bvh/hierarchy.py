@@ -223,7 +223,7 @@ class BVH(Structure):
             tree = widened(grouping.tree, int(settings.arity))
             width = tree.width
         if settings.volume == "aabb":
-            volumes = Boxes(tree.boxes)
+            volumes = Boxes.of(tree.boxes, items)
         else:
             ranges = ranges_of(tree.first, tree.size, width)
             pieces = referred(items, grouping.parts, *ranges, progress)

@@ -75,6 +75,7 @@ def refitted_volumes(
         volumes = Boxes(np.empty((len(arrays.size), 6)))
         in_order = boxes[items.ids]
         call(refit_boxes, volumes, in_order, arrays.first, arrays.size, width)
+        volumes = Boxes.of(volumes.rows, items)
     else:
         begin, end = ranges_of(arrays.first, arrays.size, width)
         volumes = fit_all(kind, *referred(items, None, begin, end, progress), progress)
