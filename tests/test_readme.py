@@ -91,9 +91,7 @@ def test_make_target_exists(command: str) -> None:
 
 @pytest.mark.bpy
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "names", [["tetra", "soup"], pytest.param(None, marks=pytest.mark.exhaustive)]
-)
+@pytest.mark.parametrize("names", [["tetra"], pytest.param(None, marks=pytest.mark.exhaustive)])
 def test_make_demo(tmp_path: Path, names: list[str] | None) -> None:
     """``make demo`` less the set-up that has been done: figures and pictures of its samples."""
     program = [sys.executable, "-m", "accelscope.addon.command.demo", "--output", tmp_path]

@@ -10,6 +10,7 @@ J. Amanatides: Ray Tracing with Cones, SIGGRAPH 1984.
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,8 +18,9 @@ import numpy as np
 
 from ..geometry.marks import stars
 from ..geometry.rays import Rays
-from ..probes.coverage import Covering
-from ..probes.soft_shadow import blockers, shares_seen
+from ..probes.beam import area_of
+from ..probes.coverage import UNIT_SQUARE, Covering
+from ..probes.soft_shadow import Lamp, blockers, lamp_of, shares_seen
 from ..progress import Progress
 from ..scene import AREA, Light
 from ..scene.as_triangles import as_triangles
@@ -69,8 +71,42 @@ class Settings:
     )  # fmt: skip
     light: str = setting(
         "disc", "Light", "Its shape",
-        choices={"disc": "A disc, seen by a cone", "square": "A square, seen by a pyramid"},
+        choices={
+            "disc": "A disc, seen by a cone",
+            "square": "A square, seen by a pyramid",
+            "star": "A star, seen by a beam",
+        },
     )  # fmt: skip
+
+
+def circle() -> np.ndarray:
+    """Return points around the unit circle, (CIRCLE, 2)."""
+    angle = 2.0 * np.pi * np.arange(CIRCLE) / CIRCLE
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def star() -> np.ndarray:
+    """Return the corners of a star of five points in the unit circle, (10, 2)."""
+    angle = 0.5 * np.pi + 2.0 * np.pi * np.arange(10) / 10
+    radius = np.where(np.arange(10) % 2, 0.382, 1.0)
+    return radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def points_on(lamp: Lamp, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return points that are evenly spread over a light, (count, 3)."""
+    x, y = rng.random((2, count))
+    if lamp.is_round:
+        angle, radius = 2.0 * np.pi * x, np.sqrt(y)
+        on = radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        return lamp.middle + on @ lamp.half_axes
+    # Fans of triangles, each taken as often as its area has it.
+    fans = [np.stack([part[[0, n, n + 1]] for n in range(1, len(part) - 1)]) for part in lamp.parts]
+    triangles = np.concatenate(fans)
+    areas = np.array([area_of(each) for each in triangles])
+    a, b, c = triangles[rng.choice(len(triangles), count, p=areas / areas.sum())].swapaxes(0, 1)
+    root = np.sqrt(x)[:, None]
+    on = (1.0 - root) * a + root * (1.0 - y[:, None]) * b + root * y[:, None] * c
+    return lamp.middle + on @ lamp.half_axes
 
 
 class Shadow(Play):
@@ -78,32 +114,30 @@ class Shadow(Play):
 
     def __init__(self, subject: Subject, progress: Progress) -> None:
         scene = self.scene = as_triangles(subject.scene, "cones meet triangles only")
-        progress.report(0, 4, "Building a BVH")
+        progress.report(0, 5, "Building a BVH")
         self.covering = Covering(build(scene, "bvh", progress))
         size, lower, upper = scene.diagonal, scene.lower, scene.upper
         middle = 0.5 * (lower + upper)
         place = np.array([middle[0], middle[1], upper[2]]) + ABOVE * size
         half = HALF * size
+        axes = np.array([(half, 0.0, 0.0), (0.0, half, 0.0)])
+        down = np.array([0.0, 0.0, -1.0])
+        square = Light(AREA, place, down, 180.0, "light", axes)
         self.lights = {
-            kind: Light(
-                AREA, place, np.array([0.0, 0.0, -1.0]), 180.0, "light",
-                np.array([(half, 0.0, 0.0), (0.0, half, 0.0)]), kind == "disc",
-            )
-            for kind in ("disc", "square")
-        }  # fmt: skip
+            "disc": lamp_of(dataclasses.replace(square, is_round=True)),
+            "square": lamp_of(square),
+            "star": lamp_of(place + star() @ axes),
+        }
         begin = np.array([lower[0] - 0.15 * size, middle[1], lower[2]])
         end = np.array([upper[0] + 0.15 * size, middle[1], lower[2]])
         self.share = np.linspace(0.0, 1.0, POINTS)
         self.points = begin + self.share[:, None] * (end - begin)
         self.exact, self.sampled, self.samples = {}, {}, {}
         rng = np.random.default_rng(1)
-        x, y = 2.0 * rng.random((2, MOST_RAYS)) - 1.0
-        angle, radius = np.pi * x, np.sqrt(0.5 + 0.5 * y)
         for done, (kind, light) in enumerate(self.lights.items(), 1):
-            progress.report(done, 4, "Asking how much of the light is seen")
+            progress.report(done, 5, "Asking how much of the light is seen")
             self.exact[kind] = shares_seen(self.covering, self.points, light, progress)
-            on = radius * np.array([np.cos(angle), np.sin(angle)]) if light.is_round else (x, y)
-            there = light.position + np.column_stack([on[0], on[1]]) @ light.half_axes
+            there = points_on(light, MOST_RAYS, rng)
             ways = there[None] - self.points[:, None]
             rays = Rays.from_arrays(
                 np.repeat(self.points, MOST_RAYS, axis=0), ways.reshape(-1, 3), 1.0 - 1e-9,
@@ -121,9 +155,9 @@ class Shadow(Play):
         point, n = self.points[settings.point], settings.rays
         exact, by_rays = self.exact[kind], self.sampled[kind][:, n - 1]
         items = blockers(self.covering, point, light)
-        rim = self.rim(light)
+        rim = self.rim(kind)
         cone = np.stack([np.broadcast_to(point, rim.shape), rim], axis=1)
-        middle = np.broadcast_to(light.position, rim.shape)
+        middle = np.broadcast_to(light.middle, rim.shape)
         lamp = np.stack([middle, rim, np.roll(rim, -1, axis=0)], axis=1)
         size = self.scene.diagonal
         parts: list[Lines | Faces] = [
@@ -146,13 +180,13 @@ class Shadow(Play):
             chart.mark(float(self.share[settings.point]), float(exact[settings.point]), BLUE),
         ]
         marks = [
-            Mark(light.position, "light", GREEN[:3]), Mark(point, "point", BLUE[:3]),
+            Mark(light.middle, "light", GREEN[:3]), Mark(point, "point", BLUE[:3]),
             *chart.named("place on the line", "share of the light that is seen"),
         ]  # fmt: skip
         here, there = float(exact[settings.point]), float(by_rays[settings.point])
         error = float(np.sqrt(np.mean((by_rays - exact) ** 2)))
         rays_word = "ray" if n == 1 else "rays"
-        probe = "cone" if kind == "disc" else "pyramid"
+        probe = {"disc": "cone", "square": "pyramid", "star": "beam"}[kind]
         caption = (
             f"From the point {here:.1%} of the light is seen, says one {probe}; {n} shadow "
             f"{rays_word} say {there:.1%}. Along the line they are off by {error:.2g} RMS"
@@ -167,23 +201,22 @@ class Shadow(Play):
         )  # fmt: skip
         return picture_of(parts, caption, marks=marks, rows=rows)
 
-    def rim(self, light: Light) -> np.ndarray:
+    def rim(self, kind: str) -> np.ndarray:
         """Return the border of a light, (k, 3)."""
-        turn = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-        if light.is_round:
-            angle = 2.0 * np.pi * np.arange(CIRCLE) / CIRCLE
-            turn = np.column_stack([np.cos(angle), np.sin(angle)])
-        border: np.ndarray = light.position + turn @ light.half_axes
+        turn = {"disc": circle(), "square": UNIT_SQUARE, "star": star()}[kind]
+        # The star's own axes are others; its corners are those of the square's.
+        axes = self.lights["square"].half_axes
+        border: np.ndarray = self.lights["square"].middle + turn @ axes
         return border
 
     def on_page(self, lesson: Lesson, settings: Any) -> list[Any]:
-        """Return a point of the penumbra by few rays and by many, for either light."""
+        """Return a point of the penumbra by few rays and by many, for each light."""
         exact = self.exact["disc"]
         half = int(np.abs(exact - 0.5).argmin())
         dark = int(exact.argmin())
         return [
             Settings(half, 4), Settings(half, MOST_RAYS), Settings(half, 16, "square"),
-            Settings(dark, 16),
+            Settings(half, 16, "star"), Settings(dark, 16),
         ]  # fmt: skip
 
 

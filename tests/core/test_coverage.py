@@ -198,6 +198,65 @@ def test_shares_of_a_light_are_within_the_error_of_shadow_rays(is_round):
     assert ((shares > 0.05) & (shares < 0.95)).sum() > 5
 
 
+HEXAGON = np.column_stack([np.cos(np.pi * np.arange(6) / 3), np.sin(np.pi * np.arange(6) / 3)])
+ARROW = np.array([(0.0, 1.0), (-1.0, -1.0), (0.0, -0.3), (1.0, -1.0)])
+
+
+def area_beyond(outline, x):
+    """Area of what of a polygon lies where its first coordinate is above x, by shearing edges."""
+    kept = []
+    for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        if a[0] >= x:
+            kept.append(a)
+        if (a[0] >= x) != (b[0] >= x):
+            kept.append(a + (x - a[0]) / (b[0] - a[0]) * (b - a))
+    if not kept:
+        return 0.0
+    u, v = np.array(kept).T
+    return 0.5 * abs(np.sum(u * np.roll(v, -1) - np.roll(u, -1) * v))
+
+
+@pytest.mark.parametrize(
+    "outline", [HEXAGON, ARROW, HEXAGON[::-1]], ids=["hexagon", "arrow", "back"]
+)
+@pytest.mark.parametrize("x", [-0.6, -0.2, 0.0, 0.1, 0.31])
+def test_of_a_polygon_of_light_a_half_plane_hides_what_lies_beyond(outline, x):
+    """Half-way up, the edge at x hides all beyond 2 x, whatever the polygon's shape and turn."""
+    light = np.column_stack([0.5 * outline, np.full(len(outline), 4.0)])
+    for turn in (0, 1, 3):
+        share = share_seen(over(roof(x)), np.zeros(3), np.roll(light, turn, axis=0))
+        whole = area_beyond(outline, -9.0)
+        assert share == pytest.approx(1.0 - area_beyond(outline, 4.0 * x) / whole, abs=1e-12)
+
+
+def test_a_rectangle_is_the_same_as_a_polygon():
+    scene, rng = soup(), np.random.default_rng(6)
+    light = dataclasses.replace(
+        light_of(False), position=np.array([2.0, 3.0, 8.0]),
+        half_axes=np.array([(1.5, 0.2, 0.1), (-0.2, 0.9, 0.5)]),
+    )  # fmt: skip
+    signs = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    points = rng.normal(size=(25, 3)) * (3.0, 3.0, 1.0) - (0.0, 0.0, 4.0)
+    want = shares_seen(scene, points, light)
+    got = shares_seen(scene, points, light.position + signs @ light.half_axes)
+    np.testing.assert_allclose(got, want, atol=1e-12)
+    assert ((want > 0.05) & (want < 0.95)).sum() > 5
+
+
+@pytest.mark.parametrize(
+    ("corners", "text"),
+    [
+        ([(0, 0, 0), (1, 0, 0)], "three corners or more"),
+        ([(0, 0, 0), (1, 0, 0), (0, np.nan, 0)], "is not finite"),
+        ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], "has no area"),
+        ([(0, 0, 0), (1, 0, 0), (1, 1, 0.1), (0, 1, 0)], "is not flat"),
+    ],
+)
+def test_what_is_no_polygon_of_light_is_refused(corners, text):
+    with pytest.raises(InputError, match=text):
+        share_seen(over(roof(0.0)), np.zeros(3), np.array(corners, float))
+
+
 def test_what_lies_behind_the_light_or_the_point_hides_nothing():
     above, below = roof(-99.0, 4.5), roof(-99.0, -0.5)
     scene = over(above + below + roof(-99.0, 0.0))

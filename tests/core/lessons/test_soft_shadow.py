@@ -21,7 +21,7 @@ def played():
 
 def test_cones_and_rays_agree_within_the_error_of_rays():
     play = played()
-    for kind in ("disc", "square"):
+    for kind in ("disc", "square", "star"):
         exact, sampled = play.exact[kind], play.sampled[kind][:, -1]
         error = np.sqrt(np.maximum(exact * (1.0 - exact), 1e-3) / MOST_RAYS)
         assert (np.abs(sampled - exact) < 5.0 * error).all()
