@@ -60,10 +60,11 @@ def open_scene(
     owner[OURS] = sample
     empty(owner)
     collection = add_scene(owner, scene, label, items, has_materials=False)
-    collection[OURS] = True
+    # Operands of Boolean modifiers lie in collections within.
+    for each in (collection, *collection.children_recursive, *collection.all_objects):
+        each[OURS] = True
     layer = owner.view_layers[0]
     for obj in collection.objects:
-        obj[OURS] = True
         obj.select_set(False, view_layer=layer)
         # Frames of cameras and lights are lines like those of the lesson.
         obj.hide_set(obj.type != "MESH", view_layer=layer)
@@ -96,5 +97,5 @@ def empty(owner: bpy.types.Scene) -> None:
     data = {obj.data for obj in objects if obj.data is not None}
     bpy.data.batch_remove(objects)
     bpy.data.batch_remove([each for each in data if each.users == 0])
-    collections: Iterable[bpy.types.Collection] = owner.collection.children
+    collections: Iterable[bpy.types.Collection] = owner.collection.children_recursive
     bpy.data.batch_remove([each for each in collections if is_ours(each)])

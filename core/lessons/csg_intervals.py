@@ -184,7 +184,7 @@ class CsgIntervals(Play):
             at = self.chart.at(1.0, 1.0 - (row + 0.5) / len(self.rows))
             colour = tuple(self.tree.colours[place, :3])
             marks.append(Mark(at + np.array([0.03 * self.size + indent, 0, 0]), name, colour))
-        marks.append(Mark(self.chart.at(0.35, -0.1), "t along the ray"))
+        marks.append(Mark(self.chart.at(0.97, -0.14), "t along the ray"))
         if np.isfinite(self.hit):
             parts.append(self._star())
         rows = [
