@@ -22,6 +22,10 @@ FRONT_RIGHT_ABOVE = (0.55, -0.75, 0.42)
 """Where the eye stands in the pictures of pages, seen from the middle of the scene."""
 
 
+NARROWEST = 16
+"""Pixels below which nothing can be seen in a room."""
+
+
 def look_at(area: bpy.types.Area, points: np.ndarray, rooms: Sequence[Room] = ()) -> None:
     """Move a viewport, not turn it, so that it just shows all points beside its sidebar.
 
@@ -45,11 +49,29 @@ def look_at(area: bpy.types.Area, points: np.ndarray, rooms: Sequence[Room] = ()
     is_perspective = view.view_perspective == "PERSP"
     places = [
         _place_for(seen, slopes_of(area, space.lens, room), is_perspective)
-        for room in rooms or [room_in(area)]
+        for room in rooms_to_see_in(area, rooms)
     ]
     distance, middle = min(places, key=lambda place: place[0])
     view.view_distance = max(distance, space.clip_start)
     view.view_location = Vector(middle @ axes)
+
+
+def rooms_to_see_in(area: bpy.types.Area, rooms: Sequence[Room]) -> Sequence[Room]:
+    """Return those of some rooms in which something can be seen; some room in any case.
+
+    In a small viewport nothing may be left beside images, nor beside the sidebar.
+    """
+    window = window_of(area)
+    whole = Room(0, 0, max(window.width, 1), max(window.height, 1))
+    for candidates in (rooms, [room_in(area)]):
+        wide_enough = [
+            room
+            for room in candidates
+            if min(room.right - room.left, room.top - room.bottom) >= NARROWEST
+        ]
+        if wide_enough:
+            return wide_enough
+    return [whole]
 
 
 def _place_for(seen: np.ndarray, slopes: Slopes, is_perspective: bool) -> tuple[float, np.ndarray]:
