@@ -2,7 +2,7 @@
 
 On the left the top level as it is: its items are whole instances. On the right the same after
 partial re-braiding. Orange: boxes of the items of both. Blue: one level of the tree over them.
-Green: nodes that have been opened, up to one of them, as they stand in the world.
+Green: nodes that have been opened, the last dozen bright, as they stand in the world.
 """
 
 from __future__ import annotations
@@ -27,6 +27,9 @@ from .picture import Mark, Picture, Row
 
 MOST_BOXES = 250
 
+LAST = 12
+"""Nodes that were opened last, and stand out."""
+
 APART = 1.25
 """How far the right side stands from the left one, in lengths of the scene."""
 
@@ -37,7 +40,7 @@ class Settings:
 
     opened: int = setting(0, "Opened", "Nodes that have been opened so far", minimum=0)
     level: int = setting(2, "Level", "Of the trees on both sides", minimum=0)
-    items: bool = setting(True, "Items", "Show the boxes of instances and of parts of them")
+    items: bool = setting(False, "Items", "Show the boxes of instances and of parts of them")
 
 
 class Rebraiding(Play):
@@ -72,8 +75,9 @@ class Rebraiding(Play):
             parts.append(coloured(box_segments(largest(boxes)) + self.shift, faint(ORANGE, 0.4)))
         parts.append(coloured(level_of(left, settings.level), BLUE))
         parts.append(coloured(level_of(right, settings.level) + self.shift, BLUE))
-        recent = self.opened[max(settings.opened - MOST_BOXES, 0) : settings.opened]
-        parts.append(coloured(recent.reshape(-1, 2, 3) + self.shift, GREEN))
+        opened = self.opened[max(settings.opened - MOST_BOXES, 0) : settings.opened]
+        for some, colour in ((opened[:-LAST], faint(GREEN, 0.25)), (opened[-LAST:], GREEN)):
+            parts.append(coloured(some.reshape(-1, 2, 3) + self.shift, colour))
         scene = self.after.scene
         top = np.array([scene.lower[0], scene.lower[1], scene.upper[2] + 0.1 * extent_of(scene)])
         marks = [Mark(top, "whole instances"), Mark(top + self.shift, "opened instances")]
