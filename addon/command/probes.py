@@ -99,6 +99,8 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     note_on(arguments, scene)
     with Results(arguments, probed.table, 1) as results:
         cast = probe.cast(scene, structure, structure_settings, settings, progress)
+        for sentence in probed.notes_on_casting(scene, cast):
+            say(arguments, f"{scene.name}: {sentence}")
         results.records.append(probed.make_record(scene, probe, settings, cast))
         write_files(arguments, cast)
     return results.exit_code

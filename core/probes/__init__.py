@@ -11,8 +11,12 @@ files here are in reading order:
 - :mod:`.beam_tree`: what goes on from mirrors and glass;
 - :mod:`.beam_picture`: pictures of it, at the centres of pixels and by exact areas.
 
-Cones, which ask what lies in a direction give or take an angle, go through structures as rays do:
-:mod:`..geometry.cones`.
+Cones, which ask what lies in a direction give or take an angle, go through structures as rays do
+(:mod:`..geometry.cones`). What becomes of that:
+
+- :mod:`.coverage`: how much of a cone each item covers, :mod:`.lens` for spheres;
+- :mod:`.soft_shadow`: how much of a light of some size is seen from a point;
+- :mod:`.flat_shading`: one colour for each polygon.
 
 J. Amanatides: Ray Tracing with Cones, SIGGRAPH 1984. P. Heckbert, P. Hanrahan: Beam Tracing
 Polygonal Objects, SIGGRAPH 1984.

@@ -107,3 +107,31 @@ def test_what_cannot_be_is_refused(run, arguments, words):
     assert outcome.code == 2
     assert words in outcome.err
     assert len(outcome.err.splitlines()) == 1
+
+
+def test_round_cones_see_spheres_as_such(run, tmp_path):
+    """What is covered is what rays hit: a mean over pixels, each within the error of 64 rays."""
+    record, covered = tmp_path / "a.json", tmp_path / "covered.png"
+    outcome = run(
+        "probes", "sample:lattice:size=1", "--probe", "cone:width=24,height=18", "--json", record,
+        "--coverage", covered,
+    )  # fmt: skip
+    assert outcome.code == 0, outcome.err
+    (made,) = json.loads(record.read_text())["records"]
+    assert made["cast"]["spheres"] == 8
+    assert made["cast"]["triangles"] == 12 * 32
+    assert any("its 12 items are seen as 384 triangles" in n for n in made["scene"]["notes"])
+    shares = np.load(covered.with_suffix(".npy"))
+    hits = tmp_path / "hits.npz"
+    outcome = run(
+        "evaluate", "sample:lattice:size=1", "--structure", "naive", "--rays",
+        "camera:width=192,height=144", "--hits", hits,
+    )  # fmt: skip
+    assert outcome.code == 0, outcome.err
+    found = np.load(hits)["t"].reshape(18, 8, 24, 8)
+    by_rays = np.isfinite(found).mean(axis=(1, 3))
+    # A cone is a circle, a pixel a square; a cylinder is drawn with sixteen sides.
+    assert abs(by_rays.mean() - shares.mean()) < 0.02
+    assert np.abs(by_rays - shares).mean() < 0.05
+    inside = (by_rays == 1.0) & (shares > 0.9)
+    assert inside.sum() > 20

@@ -19,8 +19,10 @@ Record = dict[str, Any]
 def make_record(scene: Scene, probe: type[Probe], settings: Any, cast: Cast) -> Record:
     """Return the JSON-ready record of a picture."""
     structure = cast.structure
+    described = describe_scene(scene)
+    described["notes"] += notes_on_casting(scene, cast)
     return {
-        "scene": describe_scene(scene),
+        "scene": described,
         "structure": {"name": structure.name, "settings": to_json(structure.settings)},
         "build": {"seconds": cast.seconds_to_build, "bytes": structure.memory()},
         "probe": {
@@ -31,6 +33,11 @@ def make_record(scene: Scene, probe: type[Probe], settings: Any, cast: Cast) -> 
         "cast": {"seconds": cast.seconds, **cast.figures, "by_object": cast.by_object},
         "environment": environment(1),
     }
+
+
+def notes_on_casting(scene: Scene, cast: Cast) -> list[str]:
+    """Return what was made of a scene for these probes, in sentences, beside its own notes."""
+    return [each for each in cast.structure.scene.notes if each not in scene.notes]
 
 
 def table(records: Sequence[Record]) -> str:
