@@ -127,7 +127,18 @@ def test_tour(extension_zip: Path) -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(
-    "script", ["tour_large", "tour_lessons", "tour_state", "cycles", "solids", "pipeline"]
+    "script",
+    [
+        "tour_large",
+        "tour_lessons",
+        "tour_state",
+        "cycles",
+        "solids",
+        "pipeline",
+        "csg",
+        "directional",
+        "two_levels",
+    ],
 )
 def test_every_step_passes(extension_zip: Path, script: str) -> None:
     walk_through(script, extension_zip)
