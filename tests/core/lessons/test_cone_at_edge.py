@@ -42,9 +42,7 @@ def test_what_is_orange_is_seen_and_what_is_grey_is_met_and_hidden():
         for shape in (ROUND, SQUARE):
             pixel = int(play.order[number])
             seen = play.covered(pixel, shape)
-            met, steps = play.triangular.structure.cover(
-                play.rays, pixel, play.spread(pixel, shape)
-            )
+            met, steps = play.covering.structure.cover(play.rays, pixel, play.spread(pixel, shape))
             picture = play.picture(Settings(number, shape))
             np.testing.assert_array_equal(drawn(picture, ORANGE, 0.6), corners[seen.items])
             hidden = np.setdiff1d(met, seen.items)
