@@ -91,7 +91,8 @@ def test_make_target_exists(command: str) -> None:
 
 @pytest.mark.bpy
 @pytest.mark.slow
-@pytest.mark.parametrize("names", [["tetra"], pytest.param(None, marks=pytest.mark.exhaustive)])
+@pytest.mark.exhaustive  # every structure is compiled, built, drawn: minutes even for one sample
+@pytest.mark.parametrize("names", [["tetra"], None])
 def test_make_demo(tmp_path: Path, names: list[str] | None) -> None:
     """``make demo`` less the set-up that has been done: figures and pictures of its samples."""
     program = [sys.executable, "-m", "accelscope.addon.command.demo", "--output", tmp_path]

@@ -168,7 +168,7 @@ def expected_figures(names: tuple[str, ...], path: Path) -> list[dict]:
 @pytest.mark.parametrize(
     ("kind", "names"),
     [
-        # Everything is compiled anew in there, or runs plain: each structure takes some ten seconds.
+        # All is compiled anew in there, or runs plain: each structure takes some ten seconds.
         ("lite", FEW),
         ("linux", FEW),
         pytest.param("lite", ALL, marks=pytest.mark.exhaustive),
