@@ -93,7 +93,7 @@ def re_braided() -> Steps:
 @session.step
 def cells_of_ray_space() -> Steps:
     """Cells that rays have come to, where their rays begin."""
-    sample("suzanne", subdivisions=1)
+    sample("suzanne")
     settings().structure = "ray_classification"
     settings().display.depth_max = 100
     yield from build()
