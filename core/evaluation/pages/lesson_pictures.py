@@ -74,16 +74,18 @@ class LessonPainter:
             image = view.with_lines(
                 picture.segments, picture.colours, over=over, width=2, hidden=0.5
             )
-        image = lettered(image, self._letters(picture))[self.crop]
+        # Cut first: so no text is.
+        image = lettered(image[self.crop], self._letters(picture))
         return np.concatenate(
             [image, *(as_high_as(image, each.pixels) for each in picture.images)], 1
         )
 
     def _letters(self, picture: Picture) -> list[Letters]:
-        """Return the text of a picture, where it is seen."""
+        """Return the text of a picture, where it is seen in what is cut out of the view."""
         if not picture.marks:
             return []
         places = self.view.places(np.array([mark.position for mark in picture.marks], float))
+        places = places - (self.crop[1].start, self.crop[0].start)
         return [
             Letters(float(column), float(row), mark.text, on_paper(mark.colour))
             for mark, (column, row) in zip(picture.marks, places, strict=True)
