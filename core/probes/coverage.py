@@ -10,7 +10,9 @@ lie behind each other, nor lost where they meet.
 What a sphere covers by itself has a closed form as well (:mod:`.lens`), but is no polygon to be
 taken out of others. Spheres are *composited* with what is seen beside them, from front to back, as
 Amanatides has it: each hides of all behind it the share that it covers of the cone, as if one lay
-anywhere before the other. Of a sphere alone that is exact.
+anywhere before the other. Of a sphere alone that is exact. One around the apex is seen from
+inside: it covers all, behind what is within it. What of a sphere lies beyond the cone's ends
+counts as well.
 
 J. Amanatides: Ray Tracing with Cones, SIGGRAPH 1984.
 """
@@ -124,7 +126,7 @@ class Covering:
             If a sphere is among them.
         """
         if self.radii[items].any():
-            raise InputError("beams meet polygons only, and there are spheres")
+            raise InputError("beams meet polygons only, and there are spheres; make them triangles")
         count, corners = len(items), np.ascontiguousarray(self.corners[items])
         # A tree of one leaf.
         tree = BspArrays(
@@ -211,7 +213,10 @@ class Covering:
         )
         items, shares = np.append(found, spheres), np.append(parts, alone)
         is_sphere = np.arange(len(items)) >= len(found)
-        order = np.lexsort([items, np.append(depths, along - radii)])
+        # From inside the far side is seen.
+        is_within = (seen**2).sum(axis=1) <= radii**2
+        fronts = along + np.where(is_within, radii, -radii)
+        order = np.lexsort([items, np.append(depths, fronts)])
         items, shares, is_sphere = items[order], shares[order], is_sphere[order]
         left_by_spheres = np.cumprod(np.where(is_sphere, 1.0 - shares, 1.0))
         left_by_pieces = 1.0 - np.cumsum(np.where(is_sphere, 0.0, shares))

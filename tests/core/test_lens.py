@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from accelscope.core.errors import InputError
 from accelscope.core.geometry.cones import Spread
 from accelscope.core.geometry.rays import Rays
 from accelscope.core.geometry.solids.description import Sphere, Triangle
 from accelscope.core.probes.coverage import Covering
 from accelscope.core.probes.lens import segment_of_conic, share_of_sphere
+from accelscope.core.probes.soft_shadow import share_seen
 from accelscope.core.scene import Scene
 from accelscope.core.scene.as_triangles import as_triangles_and_spheres
 from accelscope.core.structures import structure_named
@@ -131,6 +133,23 @@ def test_triangles_beside_each_other_hide_what_they_cover_together():
     before = Sphere((0.0, 0.0, -2.0), 2.0 * math.sin(math.atan(0.1)))
     got = covering([before, *wall]).coverage(down(), 0, spread)
     np.testing.assert_allclose(got.shares, [0.25, 0.375, 0.375], rtol=1e-12)
+
+
+def test_a_sphere_around_the_eye_is_behind_what_is_in_it():
+    """A quarter is seen of what stands before the dome, and the dome beside it, as rays see it."""
+    quarter = Sphere((0.0, 0.0, -2.0), 2.0 * math.sin(math.atan(0.1)))
+    dome = Sphere((0.0, 0.0, 1.0), 9.0)
+    wall = [(-9.0, -9.0, -12.0), (9.0, -9.0, -12.0), (0.0, 9.0, -12.0)]
+    got = covering([dome, quarter, Triangle(wall)]).coverage(down(), 0, Spread(math.atan(0.2)))
+    assert got.items.tolist() == [0, 1]
+    np.testing.assert_allclose(got.shares, [0.75, 0.25], rtol=1e-12)
+
+
+def test_spheres_in_the_way_of_a_light_are_refused():
+    seen = covering([Sphere((0.0, 0.0, 2.0), 0.5)])
+    light = np.array([(-1.0, -1.0, 4.0), (1.0, -1.0, 4.0), (0.0, 1.0, 4.0)])
+    with pytest.raises(InputError, match="there are spheres; make them triangles"):
+        share_seen(seen, np.zeros(3), light)
 
 
 def test_one_sphere_covers_what_rays_find():
