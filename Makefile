@@ -41,7 +41,7 @@ demo: venv system-libraries ## Evaluate the sample scenes with all structures in
 	@$(BIN)/python -m accelscope.addon.command.demo --output build/demo
 
 .PHONY: test
-test: lint types pytest ## Check format, lint and types, and run the tests (25 minutes at most)
+test: lint types pytest ## Check format, lint and types, and run the tests (some fifty minutes)
 
 # What these choose of the tests: `make test` leaves out those that try every combination.
 CHOSEN := and not exhaustive

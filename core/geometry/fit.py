@@ -111,37 +111,36 @@ def sticking_out(
     Further than the distance itself is rounded; rays are tested with far more slack. Inside a union
     is what is inside one member, with all of its hull. Parameters as of :func:`fit_all`.
     """
-    if places is None:
-        places = np.arange(len(corners) + 1)
-    counts = end - begin
-    items = ranges(begin, counts)
-    nodes = np.repeat(np.arange(len(begin)), counts)
+    nodes = np.arange(len(begin))
+    if isinstance(volumes, Union):  # one by one: each item has to be in one member
+        counts = end - begin
+        nodes, begin = np.repeat(nodes, counts), ranges(begin, counts)
+        end = begin + 1
+    if places is not None:
+        begin, end = places[begin], places[end]
     tolerance = 8 * np.finfo(np.float64).eps * float(np.abs(corners).max())
-    return np.unique(nodes[are_outside(volumes, corners, nodes, items, places, tolerance)])
+    return np.unique(nodes[are_outside(volumes, corners, nodes, begin, end, tolerance)])
 
 
 def are_outside(
     volumes: Any,
     corners: np.ndarray,
     nodes: np.ndarray,
-    items: np.ndarray,
-    places: np.ndarray,
+    begin: np.ndarray,
+    end: np.ndarray,
     tolerance: float,
 ) -> np.ndarray:
-    """Say of each pair of a node and an item, (k,) int each, whether that sticks out."""
+    """Say of nodes and ranges of triangles, (k,) int each, whether one of these sticks out."""
     if isinstance(volumes, Union):
-        rest = are_outside(volumes.first, corners, nodes, items, places, tolerance)
+        rest = are_outside(volumes.first, corners, nodes, begin, end, tolerance)
         rest[rest] = are_outside(
-            volumes.second, corners, nodes[rest], items[rest], places, tolerance
+            volumes.second, corners, nodes[rest], begin[rest], end[rest], tolerance
         )
         return rest
     marks = np.empty(len(nodes), dtype=bool)
 
     def work(first: int, last: int) -> None:
-        call(
-            mark_outsiders, volumes, corners, nodes, places[items], places[items + 1], tolerance,
-            marks, first, last,
-        )  # fmt: skip
+        call(mark_outsiders, volumes, corners, nodes, begin, end, tolerance, marks, first, last)
 
     for_chunks(work, len(nodes), 0, SILENT, "Checking volumes")
     return marks

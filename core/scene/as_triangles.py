@@ -34,7 +34,8 @@ def as_triangles(scene: Scene, reason: str) -> Scene:
     corners, owners = tessellated(geometry)
     made = Scene.from_triangles(
         corners, scene.name, scene.source, object_ids=scene.object_ids[owners],
-        object_names=scene.object_names, notes=(*scene.notes, note_on(scene, len(corners), reason)),
+        object_names=scene.object_names,
+        notes=(*scene.notes, note_on(len(scene), len(corners), reason)),
     )  # fmt: skip
     return seen_alike(made, scene, owners[made.primitive_ids])
 
@@ -63,7 +64,7 @@ def as_triangles_and_spheres(scene: Scene, reason: str) -> Scene:
     if len(others):
         corners, which = tessellated(in_order(geometry, others))
         parts, owners = [*parts, mixed_of_triangles(corners)], np.append(owners, others[which])
-        notes = (*notes, note_on(scene, len(corners), reason, len(others)))
+        notes = (*notes, note_on(len(others), len(corners), reason))
     order = np.argsort(owners, kind="stable")
     owners = owners[order]
     made = Scene.from_mixed(
@@ -73,10 +74,9 @@ def as_triangles_and_spheres(scene: Scene, reason: str) -> Scene:
     return seen_alike(made, scene, owners)
 
 
-def note_on(scene: Scene, triangles: int, reason: str, items: int | None = None) -> str:
-    """Return what is said of items that are seen as triangles, of all by default."""
-    count = len(scene) if items is None else items
-    return f"its {count} items are seen as {triangles} triangles, for {reason}"
+def note_on(items: int, triangles: int, reason: str) -> str:
+    """Return what is said of items that are seen as triangles."""
+    return f"its {items} items are seen as {triangles} triangles, for {reason}"
 
 
 def seen_alike(made: Scene, scene: Scene, owners: np.ndarray) -> Scene:

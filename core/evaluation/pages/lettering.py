@@ -113,7 +113,7 @@ def free_place(
     if left + width > columns:
         left = letters.column - GAP - width
         # With room on neither side it stands across its point.
-        left = left if left >= 0.0 else max(columns - width, 0.0) if width <= columns else left
+        left = left if left >= 0.0 else columns - width
     for step in (0.0, -1.0, 1.0, -2.0, 2.0, -3.0, 3.0):
         top = letters.row - 0.5 * height + step * height
         box = left, top, left + width, top + height
