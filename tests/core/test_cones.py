@@ -275,4 +275,5 @@ def test_a_sphere_is_met_where_a_point_of_it_lies_in_the_cone():
             else:
                 grazed += item in items
     assert met > 150
-    assert grazed < 0.2 * met
+    # Those between the points and the tolerance: 2 of 1,310.
+    assert grazed < 0.01 * met
