@@ -66,14 +66,20 @@ def is_kept() -> bool:
     return _is_prepared and not _fault and os.access(cache_directory(), os.W_OK)
 
 
-def keep(dispatcher: Any, function: Callable) -> None:
-    """Let Numba's dispatcher of a function read from the cache, and keep there what it compiles."""
+def keep(dispatcher: Any, function: Callable, *, is_part: bool) -> None:
+    """Let Numba's dispatcher of a function read from the cache, and keep there what it compiles.
+
+    Parameters
+    ----------
+    is_part : bool
+        Whether it is compiled as part of what calls it.
+    """
     global _fault
     # What does not come from a file cannot be found again.
     if os.path.exists(function.__code__.co_filename) and _prepare():
         try:
             # What cache=True does, with a type of our own.
-            dispatcher._cache = _cache_type()(function)
+            dispatcher._cache = _cache_type()(function, is_part)
         except RuntimeError:
             _fault = "no folder can be made there"
 
@@ -83,6 +89,8 @@ def _cache_type() -> type:
     """Return Numba's cache of one kernel, as one that is never the reason why a run fails."""
     from numba.core.caching import FunctionCache
     from numba.core.serialize import dumps
+
+    from .kernel_compiler import for_parts
 
     class Sealed:
         """Numba's files of one kernel, each with a hash of what is in it.
@@ -112,13 +120,15 @@ def _cache_type() -> type:
     class Cache(FunctionCache):
         """What is damaged is compiled anew; what there is no room for is not kept."""
 
-        def __init__(self, function: Callable) -> None:
+        def __init__(self, function: Callable, is_part: bool) -> None:
             super().__init__(function)
+            self._is_part = is_part
             self._cache_file: Any = Sealed(self._cache_file)
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
+            target = for_parts(target_context) if self._is_part else target_context
             try:
-                return super().load_overload(sig, target_context)
+                return super().load_overload(sig, target)
             except Exception:  # a file that is cut off, or names what is gone, may raise anything
                 with contextlib.suppress(OSError):
                     self.flush()

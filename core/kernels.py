@@ -22,12 +22,14 @@ import functools
 import importlib.util
 import os
 import threading
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Literal
 
 import numpy as np
 
+from .another_process import Task
 from .kernel_cache import cache_fault, is_kept, keep
+from .parallel import core_count
 from .progress import Progress
 
 OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
@@ -39,8 +41,14 @@ arrays; scratch memory comes from the caller. The wrapper for calls from C is ne
 """
 
 INNER = OPTIONS | {"no_cpython_wrapper": True}
-"""For kernels that only kernels call: without the code that takes their arguments from Python,
+"""For kernels that Python does not call: without the code that takes their arguments from Python,
 which for a ray's thirty numbers costs more compiling than the kernel itself."""
+
+INLINED = INNER | {"forceinline": True}
+"""For kernels that are compiled into every caller."""
+
+Role = Literal["whole", "part", "shader"]
+"""How a kernel goes through Numba's compiler (:mod:`.kernel_compiler`)."""
 
 whole = np.int64
 """What makes a whole number one of the type that kernels have: for a plain constant, or an element
@@ -50,10 +58,11 @@ unsigned = np.uint64
 """What makes an index unsigned: at a signed one Numba looks whether it counts from the end, which
 takes up to a twentieth of a walk's time."""
 
+ALONE = "ACCELSCOPE_COMPILE_ALONE"
+"""The variable of the environment that, set to 1, keeps to one process that compiles."""
+
 _is_plain = False
 _one_at_a_time = threading.RLock()
-_untold: list[Callable[[], None]] = []
-"""What tells Numba of implementations of dispatched kernels; done when it compiles something."""
 
 
 @functools.cache
@@ -91,12 +100,12 @@ def has_numba() -> bool:
 
 def kernel(function: Callable) -> Callable:
     """Compile a scalar loop with Numba; return it unchanged where there is no Numba."""
-    return _declared(function, OPTIONS)
+    return _declared(function, "whole", OPTIONS)
 
 
 def inner(function: Callable) -> Callable:
     """Like :func:`kernel`, for what only kernels call; called from Python it is plain Python."""
-    return _declared(function, INNER)
+    return _declared(function, "part", INNER)
 
 
 def inlined(function: Callable) -> Callable:
@@ -104,11 +113,21 @@ def inlined(function: Callable) -> Callable:
 
     A call passes every number of a ray and every field of every array on its own.
     """
-    return _declared(function, INNER | {"forceinline": True})
+    return _declared(function, "part", INLINED)
 
 
-def _declared(function: Callable, options: dict[str, Any]) -> Callable:
-    return Kernel(function, options) if _is_numba_there() else function
+def addressed(function: Callable) -> Callable:
+    """Like :func:`kernel`, for what is called by its address (:meth:`Kernel.compiled_at`)."""
+    return _declared(function, "whole", INNER)
+
+
+def shader(function: Callable) -> Callable:
+    """Like :func:`addressed`, for what others write: anything that Numba can compile."""
+    return _declared(function, "shader", INNER)
+
+
+def _declared(function: Callable, role: Role, options: dict[str, Any]) -> Callable:
+    return Kernel(function, role, options) if _is_numba_there() else function
 
 
 class Kernel:
@@ -122,15 +141,18 @@ class Kernel:
     py_func : callable
         The loop as it is written.
     is_inner : bool
-        Whether only kernels call it. One that Python calls nevertheless is called by a kernel that
-        runs plain, and does, too, even if that is not asked for any more: compiled, it has no side
-        for Python, and would crash.
+        Whether Python does not call it. One that Python calls nevertheless is called by a kernel
+        that runs plain, and does, too, even if that is not asked for any more: compiled, it has no
+        side for Python, and would crash.
+    role : str
+        Whether it is compiled by itself or as part of what calls it.
     """
 
-    def __init__(self, function: Callable, options: dict[str, Any]) -> None:
+    def __init__(self, function: Callable, role: Role, options: dict[str, Any]) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
         self.is_inner = bool(options.get("no_cpython_wrapper"))
+        self.role: Role = role
         self._options = options
         self._dispatcher: Any = None
 
@@ -147,8 +169,19 @@ class Kernel:
         if self._dispatcher is None:
             with _one_at_a_time:
                 if self._dispatcher is None:
-                    self._dispatcher = _make_dispatcher(self.py_func, self._options)
+                    self._dispatcher = self._make_dispatcher()
         return self._dispatcher
+
+    def _make_dispatcher(self) -> Any:
+        """Let Numba compile it at its first call, and keep what it has compiled."""
+        import numba
+
+        from .kernel_compiler import COMPILERS
+
+        compile_by = numba.njit(pipeline_class=COMPILERS[self.role], **self._options)
+        dispatcher = compile_by(self.py_func)
+        keep(dispatcher, self.py_func, is_part=self.role == "part")
+        return dispatcher
 
     def compiled_at(self, types: tuple[Any, ...]) -> tuple[int, Any]:
         """Return the address of what is compiled for arguments of these types, and what it returns.
@@ -169,20 +202,12 @@ class Kernel:
                 made.signature.return_type,
             )
 
-    @property
+    @functools.cached_property
     def _numba_type_(self) -> Any:
         """What Numba takes it for where another kernel calls it."""
-        return self.dispatcher._numba_type_
+        from .kernel_compiler import KernelType
 
-
-def _make_dispatcher(function: Callable, options: dict[str, Any]) -> Any:
-    """Let Numba compile a function at its first call, and keep what it has compiled."""
-    import numba
-
-    _listen_for_compiling()
-    dispatcher = numba.njit(**options)(function)
-    keep(dispatcher, function)
-    return dispatcher
+        return KernelType(f"kernel {self.py_func.__qualname__} {id(self)}", lambda types: self)
 
 
 def run_plain(is_plain: bool) -> None:
@@ -210,16 +235,65 @@ def is_plain() -> bool:
     return _is_plain
 
 
-def dispatched(function: Callable) -> Callable:
+class Dispatched:
+    """A kernel with one implementation per type of its first argument.
+
+    Attributes
+    ----------
+    implementations : dict
+        From a NamedTuple type, and another or None, to an implementation as it is written: for a
+        first argument of this type where one of the others is of that one.
+    """
+
+    def __init__(self, function: Callable) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self.implementations: dict[tuple[type, type | None], Callable] = {}
+        self._kernels: dict[tuple[type, type | None], Kernel] = {}
+        self._is_special = False
+
+    def __call__(self, first: Any, *others: Any) -> Any:
+        """Run the implementation for these arguments, as it is written."""
+        key = self._chosen(type(first), map(type, others))
+        return self.implementations.get(key, self.py_func)(first, *others)
+
+    def add(self, key: tuple[type, type | None], function: Callable, *, inline: bool) -> None:
+        """Add an implementation."""
+        self._is_special |= key[1] is not None
+        self.implementations[key] = function
+        if _is_numba_there():
+            self._kernels[key] = Kernel(function, "part", INLINED if inline else INNER)
+
+    def _chosen(self, first: Any, others: Iterable[Any]) -> tuple[Any, Any]:
+        """Return under which types the implementation for these types stands, if there is one."""
+        if not self._is_special:
+            return first, None
+        special = (kind for kind in others if kind and (first, kind) in self.implementations)
+        return first, next(special, None)
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """What Numba takes it for where a kernel calls it."""
+        from .kernel_compiler import KernelType, class_of
+
+        def choose(types: tuple[Any, ...]) -> Kernel | None:
+            kinds = [class_of(each) for each in types]
+            return self._kernels.get(self._chosen(kinds[0], kinds[1:]))
+
+        return KernelType(f"kernel {self.py_func.__qualname__} {id(self)}", choose)
+
+
+def dispatched(function: Callable) -> Dispatched:
     """Declare a kernel with one implementation per type of its first argument.
 
-    The decorated function states the signature and the contract; it is never run.
+    The decorated function states the signature and the contract. It is run where there is no
+    implementation, and raises.
     """
-    return functools.singledispatch(function)
+    return Dispatched(function)
 
 
 def implements(
-    declared: Any, record: type, *, beside: type | None = None, inline: bool = False
+    declared: Dispatched, record: type, *, beside: type | None = None, inline: bool = False
 ) -> Callable[[Callable], Callable]:
     """Register an implementation of a dispatched kernel for one NamedTuple type.
 
@@ -232,70 +306,14 @@ def implements(
         Only where one of the other arguments is of this type, too; for all others there is an
         implementation without.
     inline : bool
-        Compile it into every caller, like :func:`inlined`. What is inlined is compiled by itself
-        as well: of several layers of it, the innermost as often as there are layers.
+        Compile it into every caller, like :func:`inlined`.
     """
-    options = INNER | {"forceinline": True} if inline else INNER
-    table = declared.__dict__.setdefault("implementations", {})
 
     def register(function: Callable) -> Callable:
-        table[record, beside] = function
-
-        def by_type(first: Any, *others: Any) -> Any:
-            kinds = [type(other) for other in others]
-            special = next((kind for kind in kinds if (record, kind) in table), None)
-            return table[record, special](first, *others)
-
-        declared.register(record)(by_type if any(kind for _, kind in table) else function)
-        if _is_numba_there():
-            _untold.append(
-                functools.partial(_overload, declared, record, beside, function, options)
-            )
+        declared.add((record, beside), function, inline=inline)
         return function
 
     return register
-
-
-@functools.cache
-def _listen_for_compiling() -> None:
-    """Tell Numba of the implementations it does not know of, from now on, before it compiles.
-
-    What it finds on disk needs none, and telling takes as long as finding.
-    """
-    from numba.core import event
-
-    class Telling(event.Listener):
-        def on_start(self, event: Any) -> None:
-            while _untold:
-                _untold.pop(0)()
-
-        def on_end(self, event: Any) -> None:
-            pass
-
-    event.register("numba:compile", Telling())
-
-
-def _overload(
-    declared: Any, record: type, beside: type | None, function: Callable, options: dict[str, Any]
-) -> None:
-    """Make Numba choose an implementation of a dispatched kernel by the types of its arguments."""
-    from numba import types
-    from numba.extending import overload
-
-    table = declared.implementations
-
-    def class_of(argument: Any) -> type | None:
-        is_record = isinstance(argument, types.BaseNamedTuple)
-        return argument.instance_class if is_record else None
-
-    def choose(first: Any, *others: Any) -> Callable | None:
-        if class_of(first) is not record:
-            return None
-        kinds = [class_of(other) for other in others]
-        special = next((kind for kind in kinds if kind and (record, kind) in table), None)
-        return function if special is beside else None
-
-    overload(declared, strict=False, jit_options=options)(choose)
 
 
 def call(function: Callable, *arguments: Any) -> Any:
@@ -355,6 +373,53 @@ def announcing(progress: Progress, what: str) -> Iterator[None]:
     fault = cache_fault()
     if fault and not fault_before:
         progress.announce(f"what is compiled cannot be kept for the next start: {fault}")
+
+
+@contextlib.contextmanager
+def compiling_beside(work: Callable[..., None], *arguments: Any) -> Iterator[Callable[[], None]]:
+    """Have another process compile what is needed later, if anything is compiled in the block.
+
+    What it compiles is found on disk afterwards. Nothing is left undone without it: what is not
+    found is compiled here.
+
+    Parameters
+    ----------
+    work : callable
+        What the other process runs with these arguments, all of which can be pickled.
+
+    Yields
+    ------
+    callable
+        Waits for the other process, if there is one: to be called before what it compiles is used.
+    """
+    alone = os.environ.get(ALONE, "") not in ("", "0") or core_count() == 1
+    if alone or _is_plain or not has_numba():
+        yield lambda: None
+        return
+    from numba.core import event
+
+    tasks: list[Task] = []
+
+    class Beginning(event.Listener):
+        """Hears of every kernel that is not in the cache; begins once."""
+
+        def on_start(self, event: Any) -> None:
+            if not tasks and is_kept():
+                tasks.append(Task(work, *arguments))
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    def wait() -> None:
+        for task in tasks:
+            task.wait()
+
+    with event.install_listener("numba:compile", Beginning()):
+        try:
+            yield wait
+        finally:
+            for task in tasks:
+                task.stop()
 
 
 def how_often() -> str:

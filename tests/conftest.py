@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +14,9 @@ import numpy as np
 import pytest
 from accelscope.addon.command.main import main
 from accelscope.core.evaluation.pages import view
+from accelscope.core.kernels import ALONE
+
+os.environ.setdefault(ALONE, "1")  # tests run on all cores already
 
 CASES = Path(__file__).parent / "repro" / "cases"
 

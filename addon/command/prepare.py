@@ -26,7 +26,7 @@ from ...core.kernels import has_numba
 from ...core.parallel import core_count
 from ...core.progress import SILENT
 from ...sample_scenes import make_sample
-from ..preparing import WORKER, start
+from ..preparing import WORKER, start_modestly
 from .arguments import OpenFile
 from .output import (
     SOME_MISSING,
@@ -114,7 +114,7 @@ def work_together(arguments: argparse.Namespace, steps: Sequence[Part]) -> int:
     workers: list[Worker] = []
 
     def begin_worker() -> Worker:
-        worker = Worker(worker_command())
+        worker = Worker()
         workers.append(worker)
         return worker
 
@@ -160,12 +160,6 @@ def announce(arguments: argparse.Namespace, steps: Sequence[Part], number: int) 
         print_result(arguments, f"{number} of {len(steps)}: {steps[number][0]}")
 
 
-def worker_command() -> list[str]:
-    """Return what a worker is started with: interpreter, package, folder of kernels, role."""
-    package = __package__.removesuffix(".addon.command")
-    return [sys.executable, package, str(cache_directory().parent), WORKER]
-
-
 class Worker:
     """A process that does one part after the other, and ends with this one.
 
@@ -175,8 +169,12 @@ class Worker:
         How many parts it has done.
     """
 
-    def __init__(self, command: Sequence[str]) -> None:
-        self.process = start(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    python = sys.executable
+
+    def __init__(self) -> None:
+        self.process = start_modestly(
+            WORKER, python=self.python, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
         self.done = 0
 
     @property

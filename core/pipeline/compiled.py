@@ -20,7 +20,7 @@ from numba.core.registry import cpu_target
 from numba.core.typing.templates import AttributeTemplate, infer_getattr, signature
 from numba.extending import intrinsic, models, overload, register_model, typeof_impl
 
-from ..kernels import INNER, call, kernel
+from ..kernels import INLINED, call, kernel
 from . import records, stage
 from .records import WORD, Field, Struct
 
@@ -337,7 +337,7 @@ def kept(value: Any) -> np.ndarray:
 
 def stands_for(plain: Any) -> Any:
     """Declare what is compiled in the place of a function, as :func:`..kernels.inlined` is."""
-    return overload(plain, strict=False, jit_options=INNER | {"forceinline": True})
+    return overload(plain, strict=False, jit_options=INLINED)
 
 
 @stands_for(records.record_at)

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .. import kernels
 from ..errors import InputError
-from ..kernels import inner
 from .program import HitGroup, Program
 from .records import LinkedRow, Row, Struct, declared
 from .stage import MOST_ATTRIBUTES, NULL
@@ -259,7 +259,7 @@ def compiled(shader: Shader) -> tuple[int, Any]:
 
     from .compiled import StructType
 
-    wrapped: Any = inner(shader.function)
+    wrapped: Any = kernels.shader(shader.function)
     kinds = tuple(StructType(each.key) for each in shader.structs)
     try:
         address, returned = wrapped.compiled_at(kinds)

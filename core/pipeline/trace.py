@@ -31,7 +31,7 @@ from ..geometry.rays import CLOSEST as CLOSEST_QUERY
 from ..geometry.rays import ray_along
 from ..geometry.solids.mixed import MOVING_TRIANGLE, Mixed
 from ..geometry.triangles import Triangles
-from ..kernels import dispatched, implements, inner, kernel, whole
+from ..kernels import addressed, dispatched, implements, inner, kernel, whole
 from .candidates import Shaded, ShadedInstances, ShadedReferences
 from .hits import describe, record_of, vertices_of
 from .records import call_at, record_at, words_at, words_of
@@ -112,7 +112,7 @@ def is_at_most_one(flags):
     return (flags & (flags - 1)) == 0
 
 
-@inner
+@addressed
 def trace(bundle, flags, mask, contribution, multiplier, miss, desc, payload, payload_kind):
     """Trace a ray and call the shaders for it, as HLSL's ``TraceRay``; return 0.
 

@@ -111,7 +111,7 @@ for line in sys.stdin:
 def test_several_processes_do_each_part_once(run, monkeypatch, tmp_path):
     log = tmp_path / "log"
     python = stand_in(tmp_path, WORKER.replace("PLACE", repr(str(log))))
-    monkeypatch.setattr(prepare, "worker_command", lambda: [python])
+    monkeypatch.setattr(prepare.Worker, "python", python)
     monkeypatch.setattr(prepare, "cache_directory", lambda: tmp_path / "kernels")
     out = run("prepare", "--processes", "3")
     names = [name for name, _ in prepare.parts()]
@@ -130,7 +130,7 @@ def test_a_stop_ends_all_processes(run, monkeypatch, tmp_path):
     log = tmp_path / "log"
     code = f"import os\nopen({str(log)!r}, 'a').write(f'{{os.getpid()}} ')\ntime.sleep(60)"
     python = stand_in(tmp_path, code)
-    monkeypatch.setattr(prepare, "worker_command", lambda: [python])
+    monkeypatch.setattr(prepare.Worker, "python", python)
     monkeypatch.setattr(prepare, "cache_directory", lambda: tmp_path / "kernels")
 
     def stop_when_all_are_there():
@@ -147,7 +147,7 @@ def test_a_stop_ends_all_processes(run, monkeypatch, tmp_path):
 
 @pytest.mark.skipif(not kernels.has_numba(), reason="there is nothing to compile with")
 def test_a_worker_ends_with_whoever_asks_it():
-    worker = prepare.Worker(prepare.worker_command())
+    worker = prepare.Worker()
     assert worker.is_running
     worker.process.communicate(timeout=60)
     assert worker.process.returncode == 0
@@ -158,9 +158,10 @@ def test_a_worker_ends_with_whoever_asks_it():
 def test_what_one_name_of_the_package_has_compiled_the_same_name_finds(tmp_path):
     # By a link, as where a checkout is linked into Blender's folder of extensions.
     (tmp_path / "accelscope").symlink_to(ROOT)
-    script = tmp_path / "accelscope" / "addon" / "preparing.py"
+    script = tmp_path / "accelscope" / "core" / "another_process.py"
     kernels_in = tmp_path / "kernels"
-    command = [sys.executable, str(script), "bl_ext.user_default.accelscope", str(kernels_in)]
+    name = "bl_ext.user_default.accelscope"
+    command = [sys.executable, str(script), name, str(kernels_in), "addon.preparing"]
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     known = []
     for _ in range(2):

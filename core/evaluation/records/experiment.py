@@ -34,7 +34,7 @@ from ...geometry.rays import ALL, Rays, joined_rays
 from ...geometry.solids.description import Sphere
 from ...geometry.solids.mixed import Mixed
 from ...geometry.triangles import Triangles
-from ...kernels import announcing, is_plain
+from ...kernels import announcing, compiling_beside, is_plain, plain
 from ...parallel import core_count
 from ...progress import SILENT, Progress
 from ...scene import Scene
@@ -141,9 +141,21 @@ def warm_up(
     )
     # What refuses other items than triangles will say so of the scene itself.
     refusing = contextlib.nullcontext() if is_triangles(tiny) else contextlib.suppress(InputError)
-    with announcing(progress, structure_type.name), refusing:
+    beside = compiling_beside(compile_tracing, structure_type, choices, tiny, rays)
+    with announcing(progress, structure_type.name), refusing, beside as wait:
         structure = structure_type.build(tiny, structure_type.Settings(**choices))
+        wait()
         structure.trace(rays, ALL, threads=1)
+
+
+def compile_tracing(
+    structure_type: type[Structure], choices: dict[str, Any], scene: Scene, rays: Rays
+) -> None:
+    """Compile what follows on building: tracing and statistics. Plain Python does the building."""
+    with plain(True):
+        structure = structure_type.build(scene, structure_type.Settings(**choices))
+    structure.trace(rays, ALL, threads=1)
+    structure.statistics()
 
 
 def warm_up_order(rays: Rays, items: int, choice: str, progress: Progress) -> None:

@@ -1,0 +1,76 @@
+"""What another process compiles, this one finds; and nothing depends on there being one."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from accelscope.core import another_process, kernels
+from accelscope.core.kernels import ALONE
+from accelscope.core.parallel import core_count
+
+FIRST_USE = """
+import sys
+from accelscope.core import another_process, kernel_cache
+from accelscope.core.evaluation.records.experiment import warm_up
+from accelscope.core.structures import structure_named
+from numba.core import event
+if len(sys.argv) > 2:
+    another_process.start.__kwdefaults__["python"] = sys.argv[2]
+kernel_cache.set_cache_root(sys.argv[1])
+compiled = []
+
+class Listener(event.Listener):
+    def on_start(self, event):
+        compiled.append(event.data["dispatcher"].py_func.__name__)
+
+    def on_end(self, event):
+        pass
+
+event.register("numba:compile", Listener())
+kind = structure_named("sorted_volumes")
+warm_up(kind, kind.Settings())
+print("fit_each" in compiled or len(compiled) > 0, "trace_range" in compiled)
+"""
+
+
+def first_use(folder, *python, alone="0"):
+    done = subprocess.run(
+        [sys.executable, "-c", FIRST_USE, str(folder), *python], check=True, text=True,
+        capture_output=True, env={**os.environ, ALONE: alone},
+    )  # fmt: skip
+    assert done.stderr == ""
+    return done.stdout.split()
+
+
+needs_two = pytest.mark.skipif(
+    core_count() == 1 or not kernels.has_numba(), reason="nothing is compiled at the same time"
+)
+
+
+@needs_two
+def test_tracing_is_compiled_while_building_is(tmp_path):
+    # Something was compiled here, but not what walks.
+    assert first_use(tmp_path) == ["True", "False"]
+    assert first_use(tmp_path) == ["False", "False"]
+
+
+@needs_two
+def test_one_process_compiles_everything_if_it_is_told_to(tmp_path):
+    assert first_use(tmp_path, alone="1") == ["True", "True"]
+
+
+@needs_two
+@pytest.mark.skipif(os.name == "nt", reason="the stand-in begins with #!")
+def test_what_another_process_fails_to_compile_is_compiled_here(tmp_path):
+    python = tmp_path / "python"
+    python.write_text(f"#!{sys.executable}\nimport sys\nsys.exit(3)\n")
+    python.chmod(0o755)
+    assert first_use(tmp_path / "kernels", str(python)) == ["True", "True"]
+
+
+def test_a_task_that_is_stopped_has_ended():
+    task = another_process.Task(print, "nobody reads this")
+    task.stop()
+    task.stop()
+    task.wait()
