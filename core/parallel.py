@@ -62,6 +62,14 @@ def for_chunks(
     size, begun, done = FIRST_CHUNK, 0, 0
     pending: dict[Future[float], int] = {}
     progress.report(0, total, text)
+    if threads == 1:
+        # Without another thread: to hand a chunk over takes as long as thousands of cheap items.
+        while done < total:
+            count = min(size, total - done)
+            size = _next_size(size, count, timed(done, done + count))
+            done += count
+            progress.report(done, total, text)
+        return
     with ThreadPoolExecutor(max_workers=threads) as pool:
         try:
             while done < total:
@@ -74,14 +82,18 @@ def for_chunks(
                 for future in finished:
                     count, seconds = pending.pop(future), future.result()
                     done += count
-                    if seconds < TARGET and count == size:
-                        size *= 2
-                    elif seconds > 2 * TARGET:
-                        size = max(count // 2, 1)
+                    size = _next_size(size, count, seconds)
                 progress.report(done, total, text)
         finally:
             for future in pending:
                 future.cancel()
+
+
+def _next_size(size: int, count: int, seconds: float) -> int:
+    """Return how many items the next chunk has, after one of `count` has taken so long."""
+    if seconds < TARGET and count == size:
+        return 2 * size
+    return max(count // 2, 1) if seconds > 2 * TARGET else size
 
 
 class Spare(Generic[T]):
