@@ -27,6 +27,7 @@ from ..geometry.box import boxes_overlap, span_box
 from ..geometry.box_shape import hulls_of_boxes
 from ..geometry.csg.intervals import first_crossing, merge, put_in_order
 from ..geometry.csg.trees import (
+    DIFFERENCE,
     HALF_SPACE,
     INTERSECTION,
     MESH,
@@ -42,14 +43,14 @@ from ..geometry.geometry import (
     hulls_of,
     in_order,
     intersect,
-    intervals,
+    interval,
     overlaps,
 )
-from ..geometry.rays import ALL, ray_along
+from ..geometry.rays import line_of
 from ..geometry.solids.mixed import Mixed
 from ..geometry.triangle import NO_HIT
 from ..geometry.volume import prepare, slack_of, span
-from ..kernels import dispatched, implements, inner, whole
+from ..kernels import dispatched, implements, inlined, inner, whole
 from .counters import Counter
 from .events import (
     COUNTS,
@@ -284,10 +285,7 @@ def crossings_of_solid(leaves, kind, leaf, first, ray, number, workspace, log, s
         near = below / along if along < 0.0 else -np.inf
         far = below / along if along > 0.0 else np.inf
     else:
-        out = stack[2 * base : 2 * base + 2].reshape((1, 2))
-        if intervals(leaves.solids, leaf, ray, out) == 0:
-            return whole(0)
-        near, far = out[0, 0], out[0, 1]
+        near, far = interval(leaves.solids, leaf, ray)
         enter, leave = span_box(leaves.solids.boxes, leaf, ray, np.inf)
         near, far = enter if enter > near else near, leave if leave < far else far
     if not near < far:
@@ -313,71 +311,94 @@ def crossings_of_tree(geometry, start, ray, number, workspace, log, stack):
     raise TypeError(f"no trees in {type(geometry).__name__}")
 
 
+@inlined
+def meets(nodes, bounds, node, ray, strips, log):
+    """Say whether a line meets the bound of a node; what has none is met."""
+    if nodes[node, IS_BOUNDED] == 0:
+        return True
+    enter, leave = span(bounds, node, ray, strips, np.inf)
+    note(log, VOLUME_TEST, node, NONE, np.inf if enter > leave else enter, leave)
+    return not enter > leave
+
+
+@inlined
+def note_within(log, node, stack, base, count):
+    """Note where the line is inside of a node."""
+    for i in range(base, base + count, 2):
+        note(log, WITHIN, node, whole(stack[2 * i + 1]), stack[2 * i], stack[2 * i + 2])
+
+
 @implements(crossings_of_tree, CsgTrees)
 def merge_tree(geometry, start, ray, number, workspace, log, stack):
-    """Take nodes from a stack: operands first, and the right one only if it matters."""
+    """Go down where bounds are met, and merge on the way back what both operands have.
+
+    There is nothing within a bound that is missed. So a node of which only one operand is met is
+    that operand, or is nothing, and does not wait for anything.
+    """
     nodes, bounds = geometry.nodes, geometry.bounds
     waiting = workspace.cells
     strips = workspace.frame[len(workspace.frame) // 3 :]
     bottom = len(waiting) - STACK_WITHIN - 1 - 2 * geometry.depth
-    lengths = bottom + geometry.depth
-    height, lists, top = whole(1), whole(0), whole(0)
-    visited, tested, volume_tests = 0, 0, 0
+    height, top = bottom, whole(0)
+    visited, tested, volume_tests = 0, 0, whole(nodes[start, IS_BOUNDED])
     prepare(bounds, ray, strips)
-    waiting[bottom] = PHASES * start + ENTER
-    while height > 0:
-        height -= 1
-        node, phase = whole(waiting[bottom + height]) // PHASES, waiting[bottom + height] % PHASES
-        kind, count, below = whole(nodes[node, KIND]), whole(0), whole(NOTHING)
-        if phase == ENTER:
-            is_missed = False
-            if nodes[node, IS_BOUNDED] != 0:
-                enter, leave = span(bounds, node, ray, strips, np.inf)
-                is_missed = enter > leave
-                volume_tests += 1
-                note(log, VOLUME_TEST, node, NONE, np.inf if is_missed else enter, leave)
-            if not is_missed and kind >= UNION:
-                note(log, VISIT_INNER, node, NONE, -np.inf, np.inf)
-                visited, below = visited + 1, whole(nodes[node, LEFT_NODE])
-            elif not is_missed:
-                note(log, VISIT_LEAF, node, NONE, -np.inf, np.inf)
-                visited, tested = visited + 1, tested + 1
-                count = crossings_of_leaf(
-                    geometry.leaves, kind, whole(nodes[node, LEAF]), whole(nodes[node, FIRST]),
-                    ray, number, workspace, log, stack, top,
-                )  # fmt: skip
-        elif phase == HAS_LEFT:
-            if waiting[lengths + lists - 1] > 0 or kind == UNION:
-                below = whole(nodes[node, RIGHT_NODE])
-            else:
-                # Nothing can be taken away from nothing, nor be shared with it.
-                lists -= 1
-                note(log, SKIP, nodes[node, RIGHT_NODE], NONE, -np.inf, np.inf)
+    node, searching = whole(start), meets(nodes, bounds, start, ray, strips, log)
+    count = whole(0)
+    while searching:
+        visited += 1
+        kind = whole(nodes[node, KIND])
+        if kind >= UNION:
+            note(log, VISIT_INNER, node, NONE, -np.inf, np.inf)
+            left, right = whole(nodes[node, LEFT_NODE]), whole(nodes[node, RIGHT_NODE])
+            volume_tests += nodes[left, IS_BOUNDED] + nodes[right, IS_BOUNDED]
+            meets_left = meets(nodes, bounds, left, ray, strips, log)
+            meets_right = meets(nodes, bounds, right, ray, strips, log)
+            if meets_left and meets_right:
+                waiting[height], waiting[height + 1] = node, NOTHING
+                height += 2
+                node = left
+                continue
+            # Chosen, not branched to: which of two operands is met cannot be guessed.
+            node, is_one = left if meets_left else right, meets_left or meets_right
+            if (is_one and kind == UNION) or (meets_left and kind == DIFFERENCE):
+                continue
+            if is_one:
+                note(log, SKIP, node, NONE, -np.inf, np.inf)
+            count = whole(0)
         else:
-            lists -= 2
-            n_left, n_right = whole(waiting[lengths + lists]), whole(waiting[lengths + lists + 1])
-            top -= n_left + n_right
+            note(log, VISIT_LEAF, node, NONE, -np.inf, np.inf)
+            tested += 1
+            count = crossings_of_leaf(
+                geometry.leaves, kind, whole(nodes[node, LEAF]), whole(nodes[node, FIRST]),
+                ray, number, workspace, log, stack, top,
+            )  # fmt: skip
+            note_within(log, node, stack, top, count)
+        # Back to the last node whose right operand is still to be asked.
+        searching = False
+        while height > bottom and not searching:
+            above, n_left = whole(waiting[height - 2]), whole(waiting[height - 1])
+            kind = whole(nodes[above, KIND])
+            if n_left == NOTHING and (count > 0 or kind == UNION):
+                waiting[height - 1] = count
+                top += count
+                node, searching = whole(nodes[above, RIGHT_NODE]), True
+                continue
+            height -= 2
+            if n_left == NOTHING:
+                # Nothing can be taken away from nothing, nor be shared with it.
+                note(log, SKIP, nodes[above, RIGHT_NODE], NONE, -np.inf, np.inf)
+                continue
+            top -= n_left
             # With nothing on one side there is nothing to merge.
-            if n_right == 0:
+            if count == 0:
                 count = whole(0) if kind == INTERSECTION else n_left
-            elif n_left == 0:
-                count = n_right
-            else:
-                count = merge(kind, stack, top, n_left, n_right)
-        if below != NOTHING:
-            waiting[bottom + height] = PHASES * node + phase + 1
-            waiting[bottom + height + 1] = PHASES * below + ENTER
-            height += 2
-            continue
-        for i in range(top, top + count, 2):
-            note(log, WITHIN, node, whole(stack[2 * i + 1]), stack[2 * i], stack[2 * i + 2])
-        waiting[lengths + lists] = count
-        lists += 1
-        top += count
+            elif n_left > 0:
+                count = merge(kind, stack, top, n_left, count)
+            note_within(log, above, stack, top, count)
     log.written[COUNTS] += visited
     log.written[COUNTS + 1] += tested
     log.written[COUNTS + 2] += volume_tests
-    return top
+    return count
 
 
 @implements(intersect, CsgTrees)
@@ -396,11 +417,7 @@ def intersect_tree(geometry, index, ray, limit, number, workspace, log):
     enter, leave = span_box(geometry.boxes, index, ray, np.inf)
     if enter > leave or enter > limit:
         return NO_HIT, whole(0)
-    # Of the same type as the ray: else what it asks would be compiled once more.
-    line = ray_along(
-        ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, ray.ix, ray.iy, ray.iz, geometry.reach,
-        -np.inf, np.inf, np.uint8(ALL), ray.time, ray.mask, ray.source, ray.target,
-    )  # fmt: skip
+    line = line_of(ray)
     last = len(workspace.enters) - STACK_WITHIN
     stack = workspace.enters[last - 2 * geometry.room : last]
     level = log.written[LEVEL_NOW]

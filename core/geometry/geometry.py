@@ -64,18 +64,12 @@ def support(geometry, index, x, y, z):
 
 
 @dispatched
-def intervals(geometry, index, ray, out):
-    """Write where a ray is inside of an item, and return how many intervals there are.
+def interval(geometry, index, ray):
+    """Return the t at which the line of a ray enters an item, and leaves it; all are convex.
 
-    They are in order, and begin and end at any t, negative ones too. What is a surface without an
-    inside has none.
-
-    Parameters
-    ----------
-    out : (k, 2) float64
-        Rows of entry and exit.
+    Both are of any sign. Of what is missed, or is a surface without an inside, the first is larger.
     """
-    raise TypeError(f"no intervals for {type(geometry).__name__}")
+    raise TypeError(f"no interval for {type(geometry).__name__}")
 
 
 @dispatched

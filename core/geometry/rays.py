@@ -292,18 +292,33 @@ def ray_along(
     slack_x = ULPS * (abs(ox) + reach[0])
     slack_y = ULPS * (abs(oy) + reach[1])
     slack_z = ULPS * (abs(oz) + reach[2])
-    # The triangle test looks along the axis of the largest component of d.
-    kx, ky, kz = unsigned(1), unsigned(2), unsigned(0)
-    okx, oky, okz, dkx, dky, dkz = oy, oz, ox, dy, dz, dx
-    if abs(dy) > abs(dkz):
-        kx, ky, kz = unsigned(2), unsigned(0), unsigned(1)
-        okx, oky, okz, dkx, dky, dkz = oz, ox, oy, dz, dx, dy
-    if abs(dz) > abs(dkz):
-        kx, ky, kz = unsigned(0), unsigned(1), unsigned(2)
-        okx, oky, okz, dkx, dky, dkz = ox, oy, oz, dx, dy, dz
+    # The triangle test looks along the axis of the largest component of d. Each number is chosen by
+    # itself, not all at once: which axis it is cannot be guessed.
+    along_y = abs(dy) > abs(dx)
+    along_z = abs(dz) > (abs(dy) if along_y else abs(dx))
+    kz = unsigned(2) if along_z else unsigned(1) if along_y else unsigned(0)
+    kx = unsigned(0) if along_z else unsigned(2) if along_y else unsigned(1)
+    ky = unsigned(1) if along_z else unsigned(0) if along_y else unsigned(2)
+    okx = ox if along_z else oz if along_y else oy
+    oky = oy if along_z else ox if along_y else oz
+    okz = oz if along_z else oy if along_y else ox
+    dkx = dx if along_z else dz if along_y else dy
+    dky = dy if along_z else dx if along_y else dz
+    dkz = dz if along_z else dy if along_y else dx
     return Ray(
         ox, oy, oz, dx, dy, dz, ix, iy, iz,
         ox + slack_x, oy + slack_y, oz + slack_z, ox - slack_x, oy - slack_y, oz - slack_z,
         kx, ky, kz, okx, oky, okz, dkx / dkz, dky / dkz, 1.0 / dkz,
         t_min, t_max, query, time, mask, source, target,
+    )  # fmt: skip
+
+
+@inlined
+def line_of(ray):
+    """Return the line that a ray lies on: the same ray, from any t to any other."""
+    return Ray(
+        ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, ray.ix, ray.iy, ray.iz,
+        ray.low_x, ray.low_y, ray.low_z, ray.high_x, ray.high_y, ray.high_z,
+        ray.kx, ray.ky, ray.kz, ray.okx, ray.oky, ray.okz, ray.shear_x, ray.shear_y, ray.shear_z,
+        -np.inf, np.inf, ray.query, ray.time, ray.mask, ray.source, ray.target,
     )  # fmt: skip

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..kernels import implements, inlined, inner, whole
 from .clip import clip, fit
-from .geometry import clip_box, intersect, intervals, overlaps, support
+from .geometry import clip_box, intersect, interval, overlaps, support
 from .triangles import Triangles
 
 NO_HIT = np.inf
@@ -288,10 +288,10 @@ def support_one(geometry, index, x, y, z):
     return corners[index, best, 0], corners[index, best, 1], corners[index, best, 2]
 
 
-@implements(intervals, Triangles)
-def intervals_one(geometry, index, ray, out):
-    """Write none: a triangle has no inside."""
-    return 0
+@implements(interval, Triangles)
+def interval_of_one(geometry, index, ray):
+    """Return none: a triangle has no inside."""
+    return np.inf, -np.inf
 
 
 @implements(clip_box, Triangles)

@@ -18,7 +18,7 @@ from ..contract.events import SKIP, TEST, VISIT_INNER, VISIT_LEAF, VOLUME_TEST, 
 from ..contract.steps import Steps
 from ..contract.structure import Structure
 from ..errors import InputError
-from ..geometry.csg.trees import NOTHING
+from ..geometry.csg.trees import INTERSECTION, NOTHING, UNION
 from ..geometry.instances import lines_of_items
 from ..geometry.marks import stars
 from ..geometry.rays import Rays
@@ -108,6 +108,13 @@ def done_in(steps: Steps, structure: Structure, item: int) -> list[Done]:
             order.append(node)
             continue
         waiting += [(node, True), (int(nodes.right[node]), False), (int(nodes.left[node]), False)]
+    for node in order:
+        left, right = int(nodes.left[node]), int(nodes.right[node])
+        # The walk goes on with the one operand that is met: so the node is that operand.
+        if how.get(left) == MISSED and nodes.kind[node] == UNION:
+            within[node] = within.get(right, [])
+        elif how.get(right) == MISSED and nodes.kind[node] != INTERSECTION:
+            within[node] = within.get(left, [])
     return [Done(node, how[node], np.array(within.get(node, [])).reshape(-1, 2)) for node in order]
 
 
@@ -237,7 +244,7 @@ class CsgIntervals(Play):
         if now.how == MISSED:
             return f"The ray misses the bound of a {name}: nothing below is asked"
         if now.how == UNASKED:
-            return f"A {name} is not asked: its node has nothing that it could be taken from"
+            return f"A {name} is not asked: without the other operand its node is nothing"
         found = in_words(now.intervals)
         if geometry.pruned.left[node] == NOTHING:
             return f"The ray is inside of a {name}: {found}"

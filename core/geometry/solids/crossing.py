@@ -10,7 +10,7 @@ import numpy as np
 
 from ...kernels import implements, inner, whole
 from ..box import span_box
-from ..geometry import intersect, intervals
+from ..geometry import intersect, interval
 from ..triangle import NO_HIT
 from .box import cross_box
 from .cone import cross_cone
@@ -67,12 +67,11 @@ def cross(geometry, index, ray):
     return unit.rate * (unit.start + near), unit.rate * (unit.start + far)
 
 
-@implements(intervals, Mixed)
-def intervals_mixed(geometry, index, ray, out):
-    """Take both crossings of a sphere, box or capped cone: each has one interval, being convex."""
+@implements(interval, Mixed)
+def interval_of_mixed(geometry, index, ray):
+    """Take both crossings of a sphere, box or capped cone."""
     kind = geometry.kinds[index]
     is_capped = kind == CONE and geometry.rows[index, CAPPED, 0] != 0.0
     if kind in (SPHERE, BOX) or is_capped:
-        out[0, 0], out[0, 1] = cross(geometry, index, ray)
-        return 1 if out[0, 0] <= out[0, 1] else 0
-    return 0
+        return cross(geometry, index, ray)
+    return NOWHERE
