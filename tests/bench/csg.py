@@ -1,6 +1,11 @@
 """Trees of solids: what cutting saves beside bounds from below, and beside none.
 
 The same random lines and camera rays through the same hierarchy over each sample, three times.
+
+Of a plate with 100 holes cutting saves two thirds of the bounds that camera rays test, and three
+fifths of those of random lines through it: on the way down to one hole and to five, the upper half
+of the tree is the same. Time is saved in a lower ratio, since every ray is also read, tested with
+the hierarchy, and with the plate: a third to a half of the time with bounds that are cut.
 """
 
 from __future__ import annotations
@@ -71,9 +76,10 @@ def report_csg(rows: list[dict]) -> list[str]:
         cut = group[CUT]
         faster = [ratios(group[who]["trace"], cut["trace"]) for who in (UPWARD, NONE)]
         tests = ", ".join(f"{group[who]['tests']:.2f} {who}" for who in CONTESTANTS)
+        bounds = ", ".join(f"{group[who]['bounds']:.2f} {who}" for who in CONTESTANTS[:2])
         lines.append(
             f"{cut['scene']:12} {cut['rays']:12} {cut['count']:8} rays: {faster[0]}, {faster[1]}; "
-            f"leaf tests {tests}"
+            f"leaf tests {tests}; bounds {bounds}"
         )
     return lines
 
@@ -82,10 +88,12 @@ def markdown_csg(rows: list[dict]) -> list[str]:
     """Return the table for the README."""
     lines = [
         "Trees of solids under a `bvh`, one thread: how many times as fast rays are with bounds "
-        "that are cut as with bounds from below only, and as without; leaf tests of all three.",
+        "that are cut as with bounds from below only, and as without; leaf tests of all three, "
+        "and bounds tested.",
         "",
-        "| scene | rays | from below | without | leaf tests: cut, from below, without |",
-        "|---|---|---|---|---|",
+        "| scene | rays | from below | without | leaf tests: cut, from below, without "
+        "| bounds: cut, from below |",
+        "|---|---|---|---|---|---|",
     ]
     for group in groups_of(rows):
         cut = group[CUT]
@@ -93,5 +101,8 @@ def markdown_csg(rows: list[dict]) -> list[str]:
             ratios(group[who]["trace"], cut["trace"]).median for who in (UPWARD, NONE)
         )
         tests = ", ".join(f"{group[who]['tests']:.2f}" for who in CONTESTANTS)
-        lines.append(f"| {cut['scene']} | {cut['rays']} | {below:.2f} | {without:.2f} | {tests} |")
+        bounds = ", ".join(f"{group[who]['bounds']:.2f}" for who in CONTESTANTS[:2])
+        lines.append(
+            f"| {cut['scene']} | {cut['rays']} | {below:.2f} | {without:.2f} | {tests} | {bounds} |"
+        )
     return lines
