@@ -82,6 +82,36 @@ def include(box, other):
         box[3 + side] = high if high > box[3 + side] else box[3 + side]
 
 
+NOTHING = (np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf)
+"""The box that contains nothing."""
+
+
+@inlined
+def box_at(boxes, i):
+    """Return a row of boxes, (n, 6), as six numbers, which a loop can keep out of memory."""
+    return boxes[i, 0], boxes[i, 1], boxes[i, 2], boxes[i, 3], boxes[i, 4], boxes[i, 5]
+
+
+@inlined
+def put_box(boxes, i, box):
+    """Write a box into a row of boxes, (n, 6)."""
+    boxes[i, 0], boxes[i, 1], boxes[i, 2] = box[0], box[1], box[2]
+    boxes[i, 3], boxes[i, 4], boxes[i, 5] = box[3], box[4], box[5]
+
+
+@inlined
+def around(a, b):
+    """Return the box around two boxes of six numbers each."""
+    return (
+        b[0] if b[0] < a[0] else a[0],
+        b[1] if b[1] < a[1] else a[1],
+        b[2] if b[2] < a[2] else a[2],
+        b[3] if b[3] > a[3] else a[3],
+        b[4] if b[4] > a[4] else a[4],
+        b[5] if b[5] > a[5] else a[5],
+    )
+
+
 @inner
 def boxes_overlap(a, b):
     """Say whether two boxes, (6,) each, have a common point."""

@@ -62,9 +62,11 @@ from .....settings import setting
 from ...topology.tree import Builder, Grouping, Primitives, Tree, find_ranges
 from ..top_down.binned_sah import (
     BinnedSettings,
+    BinsOfAxes,
     bin_of,
     bins_for,
     choose_between_bins,
+    make_bins_of_axes,
     scale_along,
     weight_of,
 )
@@ -144,10 +146,7 @@ class Cuts(NamedTuple):
         Numbers of auxiliary nodes.
     boxes : (n, 6) float64
         Of the clusters.
-    bin_boxes : (bins, 6) float64
-    bin_counts : (bins,) int64
-    right_costs : (bins,) float64
-    side_box : (6,) float64
+    bins : BinsOfAxes
     """
 
     limits: Limits
@@ -157,10 +156,7 @@ class Cuts(NamedTuple):
     thresholds: np.ndarray
     clusters: np.ndarray
     boxes: np.ndarray
-    bin_boxes: np.ndarray
-    bin_counts: np.ndarray
-    right_costs: np.ndarray
-    side_box: np.ndarray
+    bins: BinsOfAxes
 
 
 @implements(weight_of, Cuts, inline=True)
@@ -239,10 +235,11 @@ def divide_cut(rule, first, count, axis, place, position):
     """Swap the clusters in bins up to `place` to the front, and move the others to their rows."""
     end = end_of_cut(rule, first, count)
     bins, low = bins_for(rule, end - first), rule.bounds[1, axis]
-    scale = scale_along(rule, axis, bins)
+    scale = scale_along(rule.bounds[1], axis, bins)
     middle, last, n_left = first, end - 1, 0
     while middle <= last:
-        if bin_of(rule.boxes[middle], axis, low, scale, bins) <= place:
+        centre = rule.boxes[middle, axis] + rule.boxes[middle, 3 + axis]
+        if bin_of(centre, low, scale, bins) <= place:
             n_left += weight_of(rule, middle)
             middle += 1
         else:
@@ -318,12 +315,12 @@ def rule_over(auxiliary: Auxiliary, boxes: np.ndarray, settings: Settings) -> Cu
     boxes : (n, 6) float64
         Room for those of clusters.
     """
-    bins, surface = settings.bins, float(surface_area(auxiliary.boxes[:1])[0])
+    surface = float(surface_area(auxiliary.boxes[:1])[0])
     boxes[0] = auxiliary.boxes[0]
     return Cuts(
         limits_of(settings), np.empty((2, 6)), np.empty((0, 5)), auxiliary,
         thresholds_of(surface, settings), np.zeros(len(boxes), np.int32), boxes,
-        np.empty((bins, 6)), np.empty(bins, np.int64), np.empty(bins), np.empty(6),
+        make_bins_of_axes(settings.bins),
     )  # fmt: skip
 
 
@@ -341,13 +338,7 @@ def build_phr(
     shared = rule_over(auxiliary, primitives.boxes, settings)
 
     def make_rule() -> Cuts:
-        return shared._replace(
-            bounds=np.empty((2, 6)),
-            bin_boxes=np.empty_like(shared.bin_boxes),
-            bin_counts=np.empty_like(shared.bin_counts),
-            right_costs=np.empty_like(shared.right_costs),
-            side_box=np.empty(6),
-        )
+        return shared._replace(bounds=np.empty((2, 6)), bins=make_bins_of_axes(settings.bins))
 
     count = len(auxiliary.order)
     tree, told = split_recursively(make_rule, count, progress, log)

@@ -26,8 +26,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .....geometry.box import area_of, clear, include
-from .....kernels import dispatched, implements, inner
+from .....geometry.box import NOTHING, area_of, around, box_at, put_box
+from .....kernels import dispatched, implements, inlined, inner, unsigned
 from .....progress import Progress
 from .....settings import setting
 from ...topology.tree import Builder, Grouping, Primitives
@@ -58,6 +58,38 @@ class BinnedSettings(TopDownSettings):
     bins: int = bins_setting()
 
 
+class BinsOfAxes(NamedTuple):
+    """Scratch memory of one thread: of k bins per axis, those that are used.
+
+    Attributes
+    ----------
+    boxes : (3 k, 6) float64
+        Around what is in each bin. Of an axis, all bins follow each other.
+    counts : (3 k,) int64
+        Triangles in each.
+    scales : (3,) float64
+        Bins per unit of doubled centres along each axis; 0 where no plane is looked for.
+    filled : (k + 1,) int64
+        The bins of an axis that are not empty, and an end.
+    right_costs : (k,) float64
+        SA N of everything behind each of those.
+    """
+
+    boxes: np.ndarray
+    counts: np.ndarray
+    scales: np.ndarray
+    filled: np.ndarray
+    right_costs: np.ndarray
+
+
+def make_bins_of_axes(count: int) -> BinsOfAxes:
+    """Return so many bins per axis."""
+    return BinsOfAxes(
+        np.empty((3 * count, 6)), np.empty(3 * count, np.int64), np.empty(3),
+        np.empty(count + 1, np.int64), np.empty(count),
+    )  # fmt: skip
+
+
 class Binned(NamedTuple):
     """The rule, with the scratch memory of one thread.
 
@@ -70,10 +102,7 @@ class Binned(NamedTuple):
     boxes : (n, 6) float64
     order : (n,) int32
         Reordered together.
-    bin_boxes : (bins, 6) float64
-    bin_counts : (bins,) int64
-    right_costs : (bins,) float64
-    side_box : (6,) float64
+    bins : BinsOfAxes
     """
 
     limits: Limits
@@ -81,16 +110,13 @@ class Binned(NamedTuple):
     curve: np.ndarray
     boxes: np.ndarray
     order: np.ndarray
-    bin_boxes: np.ndarray
-    bin_counts: np.ndarray
-    right_costs: np.ndarray
-    side_box: np.ndarray
+    bins: BinsOfAxes
 
 
-@inner
-def bin_of(box, axis, low, scale, bins):
-    """Return the bin of a triangle's centroid; used alike for counting and for dividing."""
-    return min(int((box[axis] + box[3 + axis] - low) * scale), bins - 1)
+@inlined
+def bin_of(centre, low, scale, bins):
+    """Return the bin of a triangle's doubled centre; used alike for counting and for dividing."""
+    return min(int((centre - low) * scale), bins - 1)
 
 
 # A row is a triangle here. That of :mod:`..morton.phr` is a cluster of them.
@@ -111,17 +137,31 @@ def weight_of_triangle(rule, row):
 @inner
 def bins_for(rule, rows):
     """Return how many bins are used: more than rows would mostly be empty."""
-    return min(len(rule.bin_counts), 4 + rows)
+    return min(len(rule.bins.right_costs), 4 + rows)
 
 
 @inner
-def scale_along(rule, axis, bins):
-    """Return how many bins there are per unit of doubled centres; 0 if nothing tells them apart."""
-    extent = rule.bounds[1, 3 + axis] - rule.bounds[1, axis]
+def scale_along(centres, axis, bins):
+    """Return how many bins there are per unit of doubled centres; 0 if nothing tells them apart.
+
+    `centres`, (6,), is the box around them.
+    """
+    extent = centres[3 + axis] - centres[axis]
     if not extent > 0.0:
         return 0.0
     scale = bins * (1.0 - 1e-6) / extent
     return scale if scale < np.inf else 0.0
+
+
+@inner
+def list_filled(counts, begin, bins, filled):
+    """List which bins of an axis, from row `begin` on, are not empty; return how many those are."""
+    n_filled = 0
+    for b in range(bins):
+        filled[unsigned(n_filled)] = b
+        n_filled += 1 if counts[unsigned(begin + b)] > 0 else 0
+    filled[unsigned(n_filled)] = bins
+    return n_filled
 
 
 @inner
@@ -130,53 +170,76 @@ def choose_between_bins(rule, first, end, count, depth):
 
     They have `count` triangles; ``rule.bounds[1]`` is the box around their centres, doubled. What
     is returned is what :func:`choose` does; `place` is the bin that the plane is behind.
+
+    Planes behind empty bins divide as the one before them does, and are not looked at.
     """
-    boxes, bounds = rule.boxes, rule.bounds
-    bin_boxes, bin_counts, right_costs = rule.bin_boxes, rule.bin_counts, rule.right_costs
-    side = rule.side_box
+    limits, curve, within, centres = rule.limits, rule.curve, rule.bins, rule.bounds[1]
+    bin_boxes, counts, scales = within.boxes, within.counts, within.scales
+    filled, right_costs = within.filled, within.right_costs
     bins = bins_for(rule, end - first)
-    best_axis, best_bin, best_position, best_cost = -1, 0, 0.0, np.inf
+    # The axes that tell triangles apart; of axes in turn only the first.
+    an_axis = -1
     for turn in range(3):
-        axis = axis_at(rule.limits, depth, turn)
-        low, scale = bounds[1, axis], scale_along(rule, axis, bins)
-        if scale == 0.0:
+        axis = axis_at(limits, depth, turn)
+        is_out = limits.in_turn and an_axis >= 0
+        scales[axis] = 0.0 if is_out else scale_along(centres, axis, bins)
+        if an_axis < 0 and scales[axis] > 0.0:
+            an_axis = axis
+    if an_axis < 0:
+        return -1, 0, 0.0, np.inf
+    if end == first + 2 and len(curve) == 0:
+        # Whatever parts them costs the same. They are over a third of all nodes.
+        cost = weight_of(rule, first) * area_of(rule.boxes[first])
+        cost += weight_of(rule, first + 1) * area_of(rule.boxes[first + 1])
+        return an_axis, 0, 0.5 * (centres[an_axis] + 1.0 / scales[an_axis]), cost
+    # Into the bins, of all axes at once.
+    for i in range(unsigned(3 * bins)):
+        counts[i] = 0
+        put_box(bin_boxes, i, NOTHING)
+    low_x, low_y, low_z = centres[0], centres[1], centres[2]
+    scale_x, scale_y, scale_z = scales[0], scales[1], scales[2]
+    for row in range(unsigned(first), unsigned(end)):
+        box, weight = box_at(rule.boxes, row), weight_of(rule, row)
+        x = unsigned(bin_of(box[0] + box[3], low_x, scale_x, bins))
+        y = unsigned(bins + bin_of(box[1] + box[4], low_y, scale_y, bins))
+        z = unsigned(2 * bins + bin_of(box[2] + box[5], low_z, scale_z, bins))
+        counts[x] += weight
+        counts[y] += weight
+        counts[z] += weight
+        put_box(bin_boxes, x, around(box_at(bin_boxes, x), box))
+        put_box(bin_boxes, y, around(box_at(bin_boxes, y), box))
+        put_box(bin_boxes, z, around(box_at(bin_boxes, z), box))
+    best_axis, best_bin, best_cost = -1, 0, np.inf
+    for axis in range(3):
+        if scales[axis] == 0.0:
             continue
-        if end == first + 2 and len(rule.curve) == 0:
-            # Whatever parts them costs the same. They are over a third of all nodes.
-            cost = weight_of(rule, first) * area_of(boxes[first])
-            cost += weight_of(rule, first + 1) * area_of(boxes[first + 1])
-            return axis, 0, 0.5 * (low + 1.0 / scale), cost
-        for b in range(bins):
-            bin_counts[b] = 0
-            clear(bin_boxes[b])
-        for row in range(first, end):
-            box = boxes[row]
-            b = bin_of(box, axis, low, scale, bins)
-            bin_counts[b] += weight_of(rule, row)
-            include(bin_boxes[b], box)
-        # From the right: right_costs[b] is SA N of everything behind bin b.
-        clear(side)
-        n = 0
-        for b in range(bins - 1, 0, -1):
-            include(side, bin_boxes[b])
-            n += bin_counts[b]
-            right_costs[b - 1] = n * area_of(side) if n > 0 else np.inf
+        begin = axis * bins
+        n_filled = list_filled(counts, begin, bins, filled)
+        # From the right: SA N of everything behind each bin.
+        side, n = NOTHING, 0
+        for k in range(n_filled - 1, 0, -1):
+            b = unsigned(begin + filled[unsigned(k)])
+            side = around(side, box_at(bin_boxes, b))
+            n += counts[b]
+            right_costs[unsigned(k - 1)] = n * area_of(side)
         # From the left, with the other side at hand.
-        clear(side)
-        n = 0
-        for b in range(bins - 1):
-            include(side, bin_boxes[b])
-            n += bin_counts[b]
-            if n == 0 or n == count:
-                continue
-            cost = n * area_of(side) + right_costs[b]
-            position = 0.5 * (low + (b + 1) / scale)
-            note(rule.curve, axis * (bins - 1) + b, axis, position, n, count - n, cost)
+        side, n = NOTHING, 0
+        for k in range(unsigned(n_filled - 1)):
+            b = unsigned(begin + filled[k])
+            side = around(side, box_at(bin_boxes, b))
+            n += counts[b]
+            cost = n * area_of(side) + right_costs[k]
             if cost < best_cost:
-                best_axis, best_bin, best_position, best_cost = axis, b, position, cost
-        if rule.limits.in_turn and best_axis >= 0:
-            break
-    return best_axis, best_bin, best_position, best_cost
+                best_axis, best_bin, best_cost = axis, filled[k], cost
+            if len(curve) > 0:
+                for alike in range(filled[k], filled[k + unsigned(1)]):
+                    row = axis * (bins - 1) + alike
+                    position = 0.5 * (centres[axis] + (alike + 1) / scales[axis])
+                    note(curve, row, axis, position, n, count - n, cost)
+    if best_axis < 0:
+        return -1, 0, 0.0, np.inf
+    position = 0.5 * (centres[best_axis] + (best_bin + 1) / scales[best_axis])
+    return best_axis, best_bin, position, best_cost
 
 
 @implements(enclose, Binned)
@@ -196,10 +259,10 @@ def divide_binned(rule, first, count, axis, place, position):
     """Swap those in bins up to `place` to the front."""
     boxes, order, low = rule.boxes, rule.order, rule.bounds[1, axis]
     bins = bins_for(rule, count)
-    scale = scale_along(rule, axis, bins)
+    scale = scale_along(rule.bounds[1], axis, bins)
     i, j = first, first + count - 1
     while i <= j:
-        if bin_of(boxes[i], axis, low, scale, bins) <= place:
+        if bin_of(boxes[i, axis] + boxes[i, 3 + axis], low, scale, bins) <= place:
             i += 1
         else:
             swap(boxes, order, i, j)
@@ -220,8 +283,7 @@ def binned_rules(
 
     def make_rule() -> Binned:
         return Binned(
-            limits, np.empty((2, 6)), curve, primitives.boxes, order,
-            np.empty((bins, 6)), np.empty(bins, np.int64), np.empty(bins), np.empty(6),
+            limits, np.empty((2, 6)), curve, primitives.boxes, order, make_bins_of_axes(bins),
         )  # fmt: skip
 
     return make_rule, order

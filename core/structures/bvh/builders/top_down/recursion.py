@@ -25,8 +25,8 @@ import numpy as np
 
 from .....contract.build_log import BuildLog
 from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
-from .....geometry.box import area_of
-from .....kernels import call, dispatched, inner, kernel, whole
+from .....geometry.box import NOTHING, area_of, around, box_at, put_box
+from .....kernels import call, dispatched, inner, kernel, unsigned, whole
 from .....parallel import Spare, core_count
 from .....progress import Progress
 from .....settings import setting
@@ -135,24 +135,23 @@ def note(curve, row, axis, position, n_left, n_right, cost):
 @inner
 def enclose_boxes(boxes, first, count, out):
     """Write into `out` (2, 6) the box around boxes and that around their centroids, doubled."""
-    for axis in range(3):
-        low, high, low_c, high_c = np.inf, -np.inf, np.inf, -np.inf
-        for i in range(first, first + count):
-            a, b = boxes[i, axis], boxes[i, 3 + axis]
-            low = a if a < low else low
-            high = b if b > high else high
-            c = a + b
-            low_c = c if c < low_c else low_c
-            high_c = c if c > high_c else high_c
-        out[0, axis], out[0, 3 + axis] = low, high
-        out[1, axis], out[1, 3 + axis] = low_c, high_c
+    around_all, centroids = NOTHING, NOTHING
+    for i in range(unsigned(first), unsigned(first + count)):
+        box = box_at(boxes, i)
+        x, y, z = box[0] + box[3], box[1] + box[4], box[2] + box[5]
+        around_all = around(around_all, box)
+        centroids = around(centroids, (x, y, z, x, y, z))
+    put_box(out, 0, around_all)
+    put_box(out, 1, centroids)
 
 
 @inner
 def swap(boxes, order, i, j):
     """Exchange two triangles, or whatever the boxes are of and `order` has the numbers of."""
-    for side in range(6):
-        boxes[i, side], boxes[j, side] = boxes[j, side], boxes[i, side]
+    i, j = unsigned(i), unsigned(j)
+    a, b = box_at(boxes, i), box_at(boxes, j)
+    put_box(boxes, i, b)
+    put_box(boxes, j, a)
     order[i], order[j] = order[j], order[i]
 
 
