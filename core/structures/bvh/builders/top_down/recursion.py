@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -27,7 +26,7 @@ from .....contract.build_log import BuildLog
 from .....contract.workspace import MAXIMUM_DEPTH, STACK_SIZE
 from .....geometry.box import NOTHING, area_of, around, box_at, put_box
 from .....kernels import call, dispatched, inner, kernel, unsigned, whole
-from .....parallel import Spare, core_count
+from .....parallel import Spare, core_count, work_off
 from .....progress import Progress
 from .....settings import setting
 from ...topology.build_log import log_of_splits
@@ -37,6 +36,10 @@ from ...topology.tree import Splits, Tree, copy_depth_first, make_splits, note_s
 SUBTREE = 1 << 16
 """Triangles up to which a subtree is built by one kernel call, in some 50 ms. Between calls the
 builder looks at the cancel button."""
+
+SHARES, SMALLEST = 8, 1 << 10
+"""Subtrees for each core, so that all have something to do until the end; but a call for fewer
+triangles costs more than it is worth."""
 
 TEXT = "Building bvh"
 
@@ -252,12 +255,21 @@ def compact(tree: Tree) -> Tree:
     return out
 
 
+class Subtree(NamedTuple):
+    """A node that is to be split: its number, its triangles, its depth."""
+
+    node: int
+    first: int
+    size: int
+    depth: int
+
+
 def split_recursively(
     make_rule: Callable[[], Any],
     count: int,
     progress: Progress,
     log: bool,
-    subtree: int = SUBTREE,
+    largest: int = SUBTREE,
 ) -> tuple[Tree, Callable[[], BuildLog] | None]:
     """Build a tree over so many triangles.
 
@@ -267,7 +279,7 @@ def split_recursively(
     ----------
     make_rule : callable
         Returns a rule with scratch memory of its own, for one thread.
-    subtree : int
+    largest : int
         Triangles up to which a subtree is built by one call.
 
     Raises
@@ -277,35 +289,22 @@ def split_recursively(
     """
     tree, splits = room_for(count, log)
     spare = Spare(lambda: (make_rule(), np.empty((STACK_SIZE, 4), np.int64)))
+    shares = SHARES * core_count() if core_count() > 1 else 1
+    whole_size = min(max(count // shares, SMALLEST), largest)
 
-    def work(node: int, first: int, size: int, depth: int) -> list[tuple[int, int, int, int]]:
+    def work(part: Subtree) -> list[Subtree]:
         """Split a node, or all below it; return the children that are left to do."""
-        children = []
         with spare.lent() as (rule, stack):
-            n_left = call(
-                build_subtree, rule, tree, splits, node, first, size, depth, stack, size > subtree
-            )
-        if n_left:
-            left = int(tree.first[node])
-            children.append((left, first, n_left, depth + 1))
-            children.append((left + 1, first + n_left, size - n_left, depth + 1))
-        return children
+            only_one = part.size > whole_size
+            n_left = call(build_subtree, rule, tree, splits, *part, stack, only_one)
+        if not n_left:
+            return []
+        left, below = int(tree.first[part.node]), part.depth + 1
+        return [
+            Subtree(left, part.first, n_left, below),
+            Subtree(left + 1, part.first + n_left, part.size - n_left, below),
+        ]
 
-    done = 0
-    progress.report(done, count, TEXT)
-    with ThreadPoolExecutor(core_count()) as pool:
-        pending: dict[Future, int] = {pool.submit(work, 0, 0, count, 0): count}
-        try:
-            while pending:
-                finished, _ = wait(pending, timeout=0.1, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    size, children = pending.pop(future), future.result()
-                    for child in children:
-                        pending[pool.submit(work, *child)] = child[2]
-                    done += 0 if children else size
-                progress.report(done, count, TEXT)
-        finally:
-            for future in pending:
-                future.cancel()
+    work_off(Subtree(0, 0, count, 0), work, lambda part: part.size, progress, TEXT)
     out = compact(tree)
     return out, functools.partial(log_of_splits, out, splits, by_level=False) if log else None
