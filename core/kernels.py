@@ -146,6 +146,8 @@ class Kernel:
         side for Python, and would crash.
     role : str
         Whether it is compiled by itself or as part of what calls it.
+    is_plain : bool
+        Whether it runs as it is written, whatever the others do.
     """
 
     def __init__(self, function: Callable, role: Role, options: dict[str, Any]) -> None:
@@ -153,12 +155,13 @@ class Kernel:
         self.py_func = function
         self.is_inner = bool(options.get("no_cpython_wrapper"))
         self.role: Role = role
+        self.is_plain = False
         self._options = options
         self._dispatcher: Any = None
 
     def __call__(self, *arguments: Any) -> Any:
         """Run it compiled, or as it is written where that is asked for or nothing compiles."""
-        if _is_plain or self.is_inner or not has_numba():
+        if _is_plain or self.is_plain or self.is_inner or not has_numba():
             with np.errstate(all="ignore"):  # as call() does where there is no Numba
                 return self.py_func(*arguments)
         return self.dispatcher(*arguments)
@@ -233,6 +236,19 @@ def plain(is_wanted: bool) -> Iterator[None]:
 def is_plain() -> bool:
     """Say whether kernels that could be compiled run as plain Python."""
     return _is_plain
+
+
+@contextlib.contextmanager
+def as_written(function: Any) -> Iterator[None]:
+    """Run one kernel, and what it calls, as plain Python while the block runs, but no others."""
+    if not isinstance(function, Kernel):
+        yield
+        return
+    function.is_plain = True
+    try:
+        yield
+    finally:
+        function.is_plain = False
 
 
 class Dispatched:
@@ -376,7 +392,7 @@ def announcing(progress: Progress, what: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def compiling_beside(work: Callable[..., None], *arguments: Any) -> Iterator[Callable[[], None]]:
+def compiling_beside(work: Callable[..., None], *arguments: Any) -> Iterator[list[Task]]:
     """Have another process compile what is needed later, if anything is compiled in the block.
 
     What it compiles is found on disk afterwards. Nothing is left undone without it: what is not
@@ -389,12 +405,12 @@ def compiling_beside(work: Callable[..., None], *arguments: Any) -> Iterator[Cal
 
     Yields
     ------
-    callable
-        Waits for the other process, if there is one: to be called before what it compiles is used.
+    list of Task
+        The other process, once there is one: to be waited for before what it compiles is used.
     """
     alone = os.environ.get(ALONE, "") not in ("", "0") or core_count() == 1
     if alone or _is_plain or not has_numba():
-        yield lambda: None
+        yield []
         return
     from numba.core import event
 
@@ -410,13 +426,9 @@ def compiling_beside(work: Callable[..., None], *arguments: Any) -> Iterator[Cal
         def on_end(self, event: Any) -> None:
             pass
 
-    def wait() -> None:
-        for task in tasks:
-            task.wait()
-
     with event.install_listener("numba:compile", Beginning()):
         try:
-            yield wait
+            yield tasks
         finally:
             for task in tasks:
                 task.stop()

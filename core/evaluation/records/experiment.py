@@ -24,7 +24,7 @@ import numpy as np
 from ...contract.counters import Counts
 from ...contract.figures import of_keys
 from ...contract.ray_order import SORTED, may_be_sorted, order_of
-from ...contract.structure import Hits, Made, Structure
+from ...contract.structure import Hits, Made, Structure, trace_range
 from ...errors import InputError
 from ...geometry.csg.description import Difference, mesh_of_triangles
 from ...geometry.csg.trees import UNION, Csg, n_pruned
@@ -34,7 +34,7 @@ from ...geometry.rays import ALL, Rays, joined_rays
 from ...geometry.solids.description import Sphere
 from ...geometry.solids.mixed import Mixed
 from ...geometry.triangles import Triangles
-from ...kernels import announcing, compiling_beside, is_plain, plain
+from ...kernels import announcing, as_written, compiling_beside, is_plain, plain
 from ...parallel import core_count
 from ...progress import SILENT, Progress
 from ...scene import Scene
@@ -142,9 +142,13 @@ def warm_up(
     # What refuses other items than triangles will say so of the scene itself.
     refusing = contextlib.nullcontext() if is_triangles(tiny) else contextlib.suppress(InputError)
     beside = compiling_beside(compile_tracing, structure_type, choices, tiny, rays)
-    with announcing(progress, structure_type.name), refusing, beside as wait:
+    with announcing(progress, structure_type.name), refusing, beside as tasks:
         structure = structure_type.build(tiny, structure_type.Settings(**choices))
-        wait()
+        if tasks:  # what makes cells for rays is compiled here, while what walks is there
+            with as_written(trace_range):
+                structure.trace(rays, ALL, threads=1)
+        for task in tasks:
+            task.wait()
         structure.trace(rays, ALL, threads=1)
 
 
