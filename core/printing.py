@@ -6,9 +6,7 @@ override would show their letters in another order.
 
 from __future__ import annotations
 
-import html
 import sys
-import traceback
 from typing import TextIO
 
 
@@ -27,6 +25,8 @@ def in_html(text: str) -> str:
 
     What is invisible, or would turn the order of letters, is written as an escape here, too.
     """
+    import html
+
     return html.escape(printable(text))
 
 
@@ -37,4 +37,6 @@ def print_lines(text: str, file: TextIO | None, flush: bool = False) -> None:
 
 def print_traceback(error: BaseException) -> None:
     """Print where a defect has shown itself, on standard error."""
+    import traceback  # it reads sources, and is imported when there is something to tell
+
     print_lines("".join(traceback.format_exception(error)).rstrip(), sys.stderr)

@@ -22,7 +22,6 @@ from ...core.reading import refuse_if_no_file
 from ...core.scene import Scene
 from ...core.scene.placing import FLATTEN, KEEP, PlacingSettings
 from ...core.settings import describe, parse, parse_spec, without_effect
-from ...sample_scenes import make_sample, sample_and_settings
 from ..stopping import held
 from .output import CannotPrint
 
@@ -251,6 +250,8 @@ def scenes_of(
         if argument.startswith("sample:"):
             if os.path.isfile(argument):
                 raise InputError(f"there is a file {argument}; write ./{argument} for it")
+            from ...sample_scenes import sample_and_settings
+
             sample_and_settings(argument.removeprefix("sample:"))
     if names:
         return [(name, opening(open_scene, name)) for name in names]
@@ -288,6 +289,8 @@ def open_scene(argument: str, instances: str = KEEP) -> Scene:
         If there is no such scene, or it cannot be read.
     """
     if argument.startswith("sample:"):
+        from ...sample_scenes import make_sample
+
         made = make_sample(argument.removeprefix("sample:"))
         return made.flat() if instances == FLATTEN else made
     if argument.lower().endswith(".blend"):

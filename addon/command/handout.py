@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 
 from ...core.errors import InputError
-from ...sample_scenes import make_sample
 from .arguments import OpenFile
 from .lessons import folder_of, lesson_parser, say_if_speechless
 from .output import SOME_MISSING, complain, complain_of, print_result, progress_of, say
@@ -31,6 +30,7 @@ def run_handout(arguments: argparse.Namespace, open_file: OpenFile | None) -> in
     from ...core.evaluation.pages.lesson_page import Handout, browser, play, print_pdf
     from ...core.kernels import announcing
     from ...core.lessons import lesson_named, lessons
+    from ...sample_scenes import make_sample
 
     folder = folder_of(arguments, arguments.out, "--out", "index.html")
     assert folder is not None

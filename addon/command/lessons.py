@@ -17,7 +17,6 @@ from ...core.errors import InputError
 from ...core.scene import Scene
 from ...core.settings import describe
 from ...core.writing import refuse_unwritable
-from ...sample_scenes import make_sample
 from .animate import frames_of, is_blend
 from .arguments import (
     SPECS,
@@ -237,6 +236,8 @@ def scene_of(
     if arguments.scenes and arguments.open_file:
         raise InputError("--open-file and a SCENE exclude each other")
     if not arguments.scenes and not arguments.open_file:
+        from ...sample_scenes import make_sample
+
         return make_sample(lesson.sample)
     scenes = scenes_of(arguments.scenes, arguments.instances, open_file, cutting_of(arguments))
     return opened(scenes[0][1], progress)

@@ -25,7 +25,6 @@ from ...core.kernel_cache import cache_directory
 from ...core.kernels import has_numba
 from ...core.parallel import core_count
 from ...core.progress import SILENT
-from ...sample_scenes import make_sample
 from ..preparing import WORKER, start_modestly
 from .arguments import OpenFile
 from .output import (
@@ -261,6 +260,7 @@ def compile_structure(name: str) -> None:
     from ...core.evaluation.rays.workloads import workload_named
     from ...core.evaluation.records.experiment import Built, make_record, trace
     from ...core.structures import structure_named
+    from ...sample_scenes import make_sample
 
     scene, entry = make_sample(SAMPLE), structure_named(name)
     settings = entry.Settings()
@@ -282,6 +282,7 @@ def compile_structure(name: str) -> None:
 def compile_lesson(name: str) -> None:
     """Play a lesson as it is taught."""
     from ...core.lessons import lesson_named
+    from ...sample_scenes import make_sample
 
     lesson = lesson_named(name)
     settings = lesson.Settings()

@@ -75,14 +75,16 @@ def random_lines(
     directions = np.empty((count, 3))
     for first in range(0, count, LINES_AT_ONCE):
         some = slice(first, first + LINES_AT_ONCE)
-        row, along, sign = np.arange(len(axis[some])), axis[some], inward[some]
+        along, sign = axis[some], inward[some]
         angle, radius = 2.0 * np.pi * turn[some], np.sqrt(squared[some])
         direction = directions[some]
-        direction[row, along] = sign * np.sqrt(1.0 - squared[some])
-        direction[row, across[along, 0]] = radius * np.cos(angle)
-        direction[row, across[along, 1]] = radius * np.sin(angle)
+        # Places in all numbers of the lines: one index each is found in half the time of two.
+        begin, numbers = 3 * np.arange(len(along)), direction.reshape(-1)
+        numbers[begin + along] = sign * np.sqrt(1.0 - squared[some])
+        numbers[begin + across[:, 0][along]] = radius * np.cos(angle)
+        numbers[begin + across[:, 1][along]] = radius * np.sin(angle)
         entry = lower + origins[some] * size
-        entry[row, along] = np.where(sign > 0.0, lower[along], upper[along])
+        entry.reshape(-1)[begin + along] = np.where(sign > 0.0, lower[along], upper[along])
         origins[some] = entry - 2.0 * np.linalg.norm(size) * direction
     return origins, directions
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import contextlib
 import math
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,6 +19,9 @@ from ...errors import InputError
 from ...geometry.rays import BYTES_PER_RAY, Rays
 from ...memory import refuse_if_too_large
 from ...reading import refuse_if_no_file
+
+if TYPE_CHECKING:
+    import zipfile
 
 NEEDED = "origins", "directions"
 
@@ -152,6 +154,8 @@ def columns_of(rays: Rays) -> dict[str, np.ndarray]:
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
     """Open a file, and turn whatever goes wrong with it into one line."""
+    import zipfile  # most rays come from no file
+
     refuse_if_no_file(path)
     try:
         with path.open("rb") as file:

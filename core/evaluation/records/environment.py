@@ -6,7 +6,6 @@ import datetime
 import functools
 import platform
 import sys
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +61,8 @@ def environment(threads: int | None) -> dict[str, Any]:
 @functools.cache
 def own_version() -> str:
     """Return the version of AccelScope."""
+    import tomllib
+
     return str(tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"])
 
 
