@@ -12,6 +12,8 @@ from typing import TextIO
 
 def printable(text: str) -> str:
     """Return a text that a terminal only shows: what would steer it is written as an escape."""
+    if text.isprintable():
+        return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
