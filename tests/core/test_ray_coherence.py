@@ -275,15 +275,12 @@ def test_what_rays_leave_in_instances_is_found(build, lab):
 
 def test_every_point_of_an_area_light_is_in_its_sphere(build, lab):
     scene = lab.small_scene("suzanne")
-    middle, size = 0.5 * (scene.lower + scene.upper), scene.diagonal
-    half_axes = size * np.array([[0.2, 0.0, 0.0], [0.0, 0.1, 0.05]])
-    place, way = middle + size * np.array([0.0, -1.0, 1.0]), np.array([0.0, 0.0, -1.0])
-    light = Light(AREA, position=place, direction=way, half_axes=half_axes)
+    light = area_light(scene)
     scene = dataclasses.replace(scene, lights=(light,))
     structure, naive = build(COHERENCE, scene), build("naive", scene)
     rng = np.random.default_rng(3)
     begin = scene.lower + rng.random((2000, 3)) * (scene.upper - scene.lower)
-    end = light.position + rng.choice([-1.0, 1.0, rng.random()], (2000, 2)) @ half_axes
+    end = light.position + rng.choice([-1.0, 1.0, rng.random()], (2000, 2)) @ light.half_axes
     rays = Rays.from_arrays(begin, end - begin, 1.0, targets=0, classes=1, class_names=CLASSES)
     assert not same_hits(structure, naive, rays)["strangers"].any()
 
@@ -358,7 +355,7 @@ def test_secondary_rays_of_pictures_of_all_databases(build, lab, name):
 
 def check_lists(build, scene, text, count):
     """Whatever rays from random points of a sphere hit is listed, hit after hit."""
-    structure, naive = build(COHERENCE, scene, text), build("naive", scene)
+    structure = build(COHERENCE, scene, text)
     rng, balls = np.random.default_rng(2), structure.arrays.balls
     sources = rng.integers(len(scene), size=count)
     own = balls[sources]
@@ -370,9 +367,39 @@ def check_lists(build, scene, text, count):
     ways[towards] = (targets - origins)[towards]
     ways[~ways.any(axis=1)] = 1.0
     rays = Rays.from_arrays(origins, ways, sources=sources, class_names=CLASSES)
+    return check_listed(structure, build("naive", scene), rays, sources)
+
+
+def area_light(scene):
+    """A light of four corners above a scene, of a third of its size."""
+    half_axes = scene.diagonal * np.array([[0.2, 0.0, 0.0], [0.0, 0.1, 0.05]])
+    place = 0.5 * (scene.lower + scene.upper) + scene.diagonal * np.array([0.0, -1.0, 1.0])
+    return Light(AREA, position=place, direction=np.array([0.0, 0.0, -1.0]), half_axes=half_axes)
+
+
+def check_lists_of_lights(build, scene, text, count):
+    """Whatever is between points of the scene and points of a light's sphere is listed."""
+    scene = dataclasses.replace(scene, lights=(*scene.lights, area_light(scene)))
+    structure, rng = build(COHERENCE, scene, text), np.random.default_rng(3)
+    balls = structure.arrays.balls[len(scene) :]
+    places = np.flatnonzero(np.isfinite(balls[:, 3]))  # a sun has none
+    targets = rng.choice(places, count)
+    own = balls[targets]
+    radius = np.cbrt(rng.random(count)) * own[:, 3]
+    ends = own[:, :3] + radius[:, None] * unit(rng, count)
+    begins = scene.lower + rng.random((count, 3)) * (scene.upper - scene.lower)
+    rays = Rays.from_arrays(
+        begins, ends - begins, 1.0, targets=targets, classes=CLASSES.index("shadow"),
+        class_names=CLASSES,
+    )  # fmt: skip
+    return check_listed(structure, build("naive", scene), rays, len(scene) + targets)
+
+
+def check_listed(structure, naive, rays, own):
+    """What rays meet is in the lists of their cells; return how often they meet something."""
     spheres, cells = structure.cells_of(rays)
-    np.testing.assert_array_equal(spheres, sources)
-    left, met = np.arange(count), 0
+    np.testing.assert_array_equal(spheres, own)
+    left, met = np.arange(len(rays)), 0
     structure.with_lists(*np.unique(np.stack([spheres, cells]), axis=1))  # one by one takes minutes
 
     @functools.cache
@@ -389,20 +416,35 @@ def check_lists(build, scene, text, count):
             assert item in listed(sphere, cell)
         met += len(left)
         rays.t_min[left] = np.nextafter(ts, np.inf)
+        left = left[rays.t_min[left] < rays.t_max[left]]
     return met
 
 
-@pytest.mark.parametrize("text", ["cells=8", "cells=8,bound=lecture"])
+@pytest.mark.parametrize("text", ["cells=8,light_cells=9", "cells=8,bound=lecture"])
 def test_lists_are_conservative(build, lab, text):
-    assert check_lists(build, lab.small_scene("suzanne"), text, 3000) > 3000
+    scene = lit(lab.small_scene("suzanne"))
+    assert check_lists(build, scene, text, 3000) > 3000
+    assert check_lists_of_lights(build, scene, text, 3000) > 500
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("text", ["cells=8", "cells=3,bound=lecture"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "cells=8",
+        "cells=3,bound=lecture",
+        "cells=16,light_cells=128",
+        "light_cells=5,bound=lecture",
+        "most_references=100000",
+    ],
+)
 def test_lists_are_conservative_for_a_million_rays(build, lab, text):
-    """Of a scene that is closed, and of one of balls."""
+    """Of a scene that is closed, and of one of balls; from items, and to lights."""
     for name in ("suzanne", "balls"):
-        check_lists(build, lab.small_scene(name), text, 500_000)
+        scene = lit(lab.small_scene(name))
+        check_lists(build, scene, text, 250_000)
+        assert check_lists_of_lights(build, scene, text, 250_000) > 10_000
 
 
 # ------------------------------------------------------------------------------ published shapes

@@ -248,6 +248,13 @@ def test_starts_are_conservative_for_a_million_rays(build, lab, sample_of_triang
     check_starts(build, structure, 50_000, rays_within(structure.scene, 200_000))
 
 
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("text", VARIANTS[1:])
+def test_starts_of_any_setting_are_conservative_for_a_million_rays(build, lab, text):
+    structure = build("shafts", lab.small_scene("sombrero"), text)
+    check_starts(build, structure, 100_000, rays_within(structure.scene, 900_000))
+
+
 def test_starts_are_in_order_and_opened_where_that_pays(lab):
     """No closed inner node is met by more than a third of the class, if there is room."""
     structure = shafts_over(lab.small_scene("sombrero"), max_starts=200, origin_cells=4)
