@@ -17,7 +17,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ....contract.build_log import BuildLog
-from ....kernels import call, inner, kernel
+from ....geometry.box import box_at, put_box
+from ....kernels import call, inner, kernel, unsigned
 from ....progress import Progress
 from ....ranges import ranges
 
@@ -177,28 +178,26 @@ class Builder(NamedTuple):
 
 
 @kernel
-def copy_depth_first(tree, out, row, stack):
-    """Copy a tree, its nodes renumbered 0, 1, 2, ... depth-first, siblings together.
+def copy_depth_first(tree, root, out, place, below, stack):
+    """Copy a subtree, its nodes renumbered depth-first, siblings together.
 
-    Node 0 goes to `row`. Returns how many nodes there are. A walk that goes down then mostly goes
-    on in memory: 10% faster on random rays.
+    Its root gets the number `place`, all others get `below` and those that follow. Returns how many
+    nodes there are. A walk that goes down then mostly goes on in memory: 10% faster on random rays.
     """
-    stack[0, 0], stack[0, 1] = 0, 0
-    height, taken = 1, 1
+    stack[0, 0], stack[0, 1] = root, place
+    height, taken = 1, below
     while height > 0:
         height -= 1
-        old, new = stack[height, 0], row + stack[height, 1]
-        for side in range(6):
-            out.boxes[new, side] = tree.boxes[old, side]
-        out.size[new] = tree.size[old]
-        out.first[new] = tree.first[old]
+        old, new = unsigned(stack[height, 0]), unsigned(stack[height, 1])
+        put_box(out.boxes, new, box_at(tree.boxes, old))
+        out.first[new], out.size[new] = tree.first[old], tree.size[old]
         if tree.size[old] == 0:
             out.first[new] = taken
             for right in range(1, -1, -1):
                 stack[height, 0], stack[height, 1] = tree.first[old] + right, taken + right
                 height += 1
             taken += 2
-    return taken
+    return taken - below + 1
 
 
 def leaves_only(boxes: np.ndarray) -> LinkedTree:

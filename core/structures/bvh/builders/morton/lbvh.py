@@ -162,7 +162,7 @@ def choose(tree, rule, node):
 def build_parts(tree, codes, boxes, order, rule, parts, out, stack, first, last):
     """Build the parts ``first <= i < last``, in `tree`, and copy what is kept to `out`.
 
-    Part i goes to row ``2 * parts.begin[i]`` and those behind. Its nodes are counted from there.
+    Part i goes to row ``2 * parts.begin[i]`` and those behind.
     """
     for i in range(first, last):
         tree.begin[0], tree.size[0] = parts.begin[i], parts.size[i]
@@ -176,7 +176,8 @@ def build_parts(tree, codes, boxes, order, rule, parts, out, stack, first, last)
                 tree.boxes[node, side] = boxes[order[tree.begin[node]], side]
             tree.cost[node] = rule.c_isect * area_of(tree.boxes[node])
         parts.cost[i] = tree.cost[0]
-        parts.kept[i] = copy_depth_first(tree, out, 2 * parts.begin[i], stack)
+        place = 2 * parts.begin[i]
+        parts.kept[i] = copy_depth_first(tree, 0, out, place, place + 1, stack)
 
 
 @kernel
@@ -190,9 +191,10 @@ def choose_upper(top, rule, upper):
 def place_parts(parts, source, out, first, last):
     """Copy the parts ``first <= i < last`` to their places in the finished tree."""
     for i in range(first, last):
-        shift = parts.below[i] - 1
+        begin = 2 * parts.begin[i]
+        shift = parts.below[i] - 1 - begin
         for k in range(parts.kept[i]):
-            old, new = 2 * parts.begin[i] + k, parts.place[i] if k == 0 else shift + k
+            old, new = begin + k, parts.place[i] if k == 0 else shift + begin + k
             for side in range(6):
                 out.boxes[new, side] = source.boxes[old, side]
             out.size[new] = source.size[old]

@@ -242,13 +242,13 @@ def choose_between_bins(rule, first, end, count, depth):
     return best_axis, best_bin, position, best_cost
 
 
-@implements(enclose, Binned)
+@implements(enclose, Binned, inline=True)
 def enclose_binned(rule, first, count):
     """Fit both boxes."""
     enclose_boxes(rule.boxes, first, count, rule.bounds)
 
 
-@implements(choose, Binned)
+@implements(choose, Binned, inline=True)
 def choose_binned(rule, first, count, depth):
     """Take the cheapest plane at the borders of bins."""
     return choose_between_bins(rule, first, first + count, count, depth)
