@@ -1,11 +1,13 @@
 """Builders from the top down: their splits against brute force, their trees, their queues."""
 
 import dataclasses
+import functools
 import itertools
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from accelscope.core import parallel
 from accelscope.core.contract.workspace import MAXIMUM_DEPTH
 from accelscope.core.geometry.box import boxes_of
 from accelscope.core.geometry.box_shape import surface_area
@@ -16,7 +18,13 @@ from accelscope.core.sah.split_curve import RULES, split_curve
 from accelscope.core.scene import Scene
 from accelscope.core.structures.bvh import BVHSettings
 from accelscope.core.structures.bvh.builders import BUILDERS
-from accelscope.core.structures.bvh.builders.top_down import object_median, parallel_sah, sweep_sah
+from accelscope.core.structures.bvh.builders.spatial import sbvh
+from accelscope.core.structures.bvh.builders.top_down import (
+    object_median,
+    parallel_sah,
+    recursion,
+    sweep_sah,
+)
 from accelscope.core.structures.bvh.builders.top_down.parallel_split import (
     data_parallel_rules,
     reduction_step,
@@ -388,6 +396,29 @@ def test_subtrees_are_the_same_in_one_call_and_node_by_node(lab, monkeypatch):
     whole = grouped(scene, settings)
     monkeypatch.setattr(sweep_sah, "SUBTREE", 3)
     assert trees_equal(whole, grouped(scene, settings))
+
+
+@pytest.mark.parametrize("builder", ["binned_sah", "parallel_sah", "sbvh"])
+@pytest.mark.parametrize("part", [1, 3, 100])
+def test_a_tree_copied_in_parts_is_the_same(lab, monkeypatch, builder, part):
+    settings = dataclasses.replace(BVHSettings(), builder=builder, max_leaf_size=1)
+    scene = lab.small_scene("mess")
+    as_one = grouped(scene, settings)
+    for module in (recursion, parallel_sah, sbvh):
+        monkeypatch.setattr(module, "compact", functools.partial(recursion.compact, part=part))
+    assert trees_equal(as_one, grouped(scene, settings))
+
+
+@pytest.mark.parametrize("builder", ["binned_sah", "phr"])
+def test_a_tree_does_not_depend_on_who_takes_which_subtree(lab, monkeypatch, builder):
+    settings = dataclasses.replace(BVHSettings(), builder=builder)
+    scene = lab.small_scene("suzanne")
+    as_one = grouped(scene, settings)
+    monkeypatch.setattr(recursion, "SMALLEST", 8)
+    for cores in (1, 2, 8):
+        for module in (parallel, recursion):
+            monkeypatch.setattr(module, "core_count", lambda cores=cores: cores)
+        assert trees_equal(as_one, grouped(scene, settings))
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 6, 48, 49, 192])

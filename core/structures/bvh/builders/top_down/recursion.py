@@ -270,7 +270,7 @@ def compact(tree: Tree, part: int = PART) -> Tree:
         old, new, first, end = pending.pop()
         if end - first <= part or tree.size[old] > 0:
             parts.append((old, new, taken))
-            taken += np.count_nonzero(tree.size[2 * first + 1 : 2 * end - 1] >= 0)
+            taken += int(np.count_nonzero(tree.size[2 * first + 1 : 2 * end - 1] >= 0))
         else:
             upper.append((old, new, taken))
             left = int(tree.first[old])
