@@ -15,6 +15,12 @@ splits mend the one, reinsertion afterwards mends the other. SAH cost (1.2 and 1
     kitchen    62.7      61.7      60.9        54.1    50.7    48.0
     dragon     51.0      50.6      50.4        57.0    50.4    49.6
 
+Where the time goes, in Suzanne with 251,904 triangles on one core: a triangle passes eighteen
+nodes. In one of 64 or more it takes 5 ns to fit the boxes, 11 to fill the bins and 10 to 14 to be
+divided, in which half is guessed wrongly; in one of four 40 to 60, most of it for sweeping. Filling
+the bins axis by axis took 25 to 35, sweeping over empty ones as well twice as long. Dividing
+without branches, or with the row that is moved kept in registers, is not faster.
+
 I. Wald: On fast Construction of SAH-based Bounding Volume Hierarchies, RT 2007.
 """
 
