@@ -90,7 +90,7 @@ def _cache_type() -> type:
     from numba.core.caching import FunctionCache
     from numba.core.serialize import dumps
 
-    from .kernel_compiler import for_parts
+    from .kernel_compiler import for_parts, in_words
 
     class Sealed:
         """Numba's files of one kernel, each with a hash of what is in it.
@@ -124,6 +124,12 @@ def _cache_type() -> type:
             super().__init__(function)
             self._is_part = is_part
             self._cache_file: Any = Sealed(self._cache_file)
+
+        def _index_key(self, sig: Any, codegen: Any) -> Any:
+            # As text: whoever reads an index would import what the types of all its entries are
+            # of, which for a driver of walks is every structure.
+            _, machine, code = super()._index_key(sig, codegen)
+            return ", ".join(map(in_words, sig)), machine, code
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             target = for_parts(target_context) if self._is_part else target_context

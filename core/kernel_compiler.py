@@ -81,6 +81,16 @@ def class_of(kind: Any) -> type | None:
     return kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
 
 
+def in_words(kind: Any) -> str:
+    """Return a text for a type of Numba's that no other type has."""
+    if isinstance(kind, types.BaseTuple):
+        of = class_of(kind)
+        name = "" if of is None else f"{of.__module__}.{of.__qualname__}"
+        return f"{name}({', '.join(map(in_words, kind.types))})"
+    key = kind.key
+    return f"{type(kind).__name__} {in_words(key) if isinstance(key, types.Type) else repr(key)}"
+
+
 # ----------------------------------------------------------------------------- the passes
 
 
