@@ -144,8 +144,9 @@ def warm_up(
     beside = compiling_beside(compile_tracing, structure_type, choices, tiny, rays)
     with announcing(progress, structure_type.name), refusing, beside as tasks:
         structure = structure_type.build(tiny, structure_type.Settings(**choices))
-        if tasks:  # what makes cells for rays is compiled here, while what walks is there
-            with as_written(trace_range):
+        if tasks:
+            structure.statistics()
+            with as_written(trace_range):  # for what makes cells for rays
                 structure.trace(rays, ALL, threads=1)
         for task in tasks:
             task.wait()
@@ -155,11 +156,10 @@ def warm_up(
 def compile_tracing(
     structure_type: type[Structure], choices: dict[str, Any], scene: Scene, rays: Rays
 ) -> None:
-    """Compile what follows on building: tracing and statistics. Plain Python does the building."""
+    """Compile what walks; plain Python does the building."""
     with plain(True):
         structure = structure_type.build(scene, structure_type.Settings(**choices))
     structure.trace(rays, ALL, threads=1)
-    structure.statistics()
 
 
 def warm_up_order(rays: Rays, items: int, choice: str, progress: Progress) -> None:
