@@ -10,9 +10,10 @@ Rules, with their reasons:
 - No ``parallel=True``: threads are ours (:mod:`.parallel`), Numba's would meet Blender's.
 - No slices, no sorts, and min() and max() of two: each other number of arguments is a function of
   its own to compile, and a large kernel takes seconds more for a few of those.
-- Constants and elements are made :data:`whole`, indices in innermost loops :data:`unsigned`.
+- Elements of arrays are made :data:`whole`, indices in innermost loops :data:`unsigned`.
 
-What is compiled is kept for the next start (:mod:`.kernel_cache`).
+What is compiled (:mod:`.kernel_compiler`) is kept for the next start (:mod:`.kernel_cache`); at a
+first use another process helps (:mod:`.another_process`).
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ Role = Literal["whole", "part", "shader"]
 """How a kernel goes through Numba's compiler (:mod:`.kernel_compiler`)."""
 
 whole = np.int64
-"""What makes a whole number one of the type that kernels have: for a plain constant, or an element
-of an array of another type, Numba would compile whatever is called with it once more."""
+"""What makes a whole number one of the type that kernels have: for an element of an array of
+another type, Numba would compile whatever is called with it once more."""
 
 unsigned = np.uint64
 """What makes an index unsigned: at a signed one Numba looks whether it counts from the end, which
