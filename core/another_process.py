@@ -77,6 +77,10 @@ def start(
     )  # fmt: skip
 
 
+class CannotHelp(Exception):
+    """There is no other process that could do a task."""
+
+
 class Task:
     """A function that another process runs, for what it leaves on disk.
 
@@ -86,16 +90,30 @@ class Task:
         Of a module of this package, by its name.
     *arguments
         What can be pickled.
+
+    Raises
+    ------
+    CannotHelp
+        If something cannot be pickled, as a class of a function or of another program's, or the
+        system gives no process.
     """
 
     def __init__(self, work: Callable[..., None], *arguments: Any) -> None:
-        self._process = start(
+        try:
+            task = pickle.dumps((work, arguments))
+            self._process = self._start()
+        except (OSError, pickle.PicklingError, AttributeError, TypeError) as error:
+            raise CannotHelp(str(error)) from error
+        # A pipe takes some kilobytes at once; with more, this waits until the other one reads.
+        with contextlib.suppress(OSError), self._process.stdin as pipe:
+            pipe.write(task)
+
+    @staticmethod
+    def _start() -> Any:
+        return start(
             "core.another_process",
             stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
-        # A pipe takes some kilobytes at once; with more, this waits until the other one reads.
-        with contextlib.suppress(OSError), self._process.stdin as pipe:
-            pipe.write(pickle.dumps((work, arguments)))
 
     def wait(self) -> None:
         """Wait until it has ended, well or not."""

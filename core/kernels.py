@@ -28,7 +28,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .another_process import Task
+from .another_process import CannotHelp, Task
 from .kernel_cache import cache_fault, is_kept, keep
 from .parallel import core_count
 from .progress import Progress
@@ -420,9 +420,13 @@ def compiling_beside(work: Callable[..., None], *arguments: Any) -> Iterator[lis
     class Beginning(event.Listener):
         """Hears of every kernel that is not in the cache; begins once."""
 
+        is_made = False
+
         def on_start(self, event: Any) -> None:
-            if not tasks and is_kept():
-                tasks.append(Task(work, *arguments))
+            if not self.is_made and is_kept():
+                self.is_made = True
+                with contextlib.suppress(CannotHelp):
+                    tasks.append(Task(work, *arguments))
 
         def on_end(self, event: Any) -> None:
             pass

@@ -30,7 +30,7 @@ class Listener(event.Listener):
 event.register("numba:compile", Listener())
 kind = structure_named("sorted_volumes")
 warm_up(kind, kind.Settings())
-print("fit_each" in compiled or len(compiled) > 0, "trace_range" in compiled)
+print(len(compiled) > 0, "trace_range" in compiled)
 """
 
 
@@ -67,6 +67,44 @@ def test_what_another_process_fails_to_compile_is_compiled_here(tmp_path):
     python.write_text(f"#!{sys.executable}\nimport sys\nsys.exit(3)\n")
     python.chmod(0o755)
     assert first_use(tmp_path / "kernels", str(python)) == ["True", "True"]
+
+
+def test_what_cannot_be_handed_over_is_said_before_a_process_starts():
+    class Local:
+        pass
+
+    with pytest.raises(another_process.CannotHelp, match="Local"):
+        another_process.Task(print, Local)
+
+
+OF_A_PROGRAM = """
+import sys
+import numpy as np
+from accelscope.core import another_process, kernel_cache
+from accelscope.core.evaluation.records.experiment import warm_up
+from accelscope.core.structures.naive import STRUCTURE
+kernel_cache.set_cache_root(sys.argv[1])
+started = []
+start = another_process.start
+another_process.start = lambda *a, **k: started.append(1) or start(*a, **k)
+
+def made():
+    class Own(STRUCTURE):
+        pass
+    return Own
+
+warm_up(made(), STRUCTURE.Settings())
+print(len(started))
+"""
+
+
+@needs_two
+def test_a_structure_that_only_a_program_knows_is_compiled_by_it(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", OF_A_PROGRAM, str(tmp_path)], check=False, text=True,
+        capture_output=True, env={**os.environ, ALONE: "0"},
+    )  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (0, "0\n", "")
 
 
 def test_a_task_that_is_stopped_has_ended():
