@@ -6,7 +6,6 @@ ends with Blender.
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import threading
@@ -14,30 +13,11 @@ from typing import Any
 
 from ..core.another_process import start
 
-HERE = "addon.preparing"
-"""This module, within the package."""
 
-WORKER = "worker"
-"""The role of a process that does parts of the work, as another one asks for them."""
-
-
-def serve(role: str = "") -> int:
-    """Compile what is to be compiled, or do parts of it."""
-    if role == WORKER:
-        from .command import prepare
-
-        prepare.serve()
-    if hasattr(os, "nice"):
-        os.nice(19)  # its workers are as modest
-    from .command.main import main
-
-    return main(["prepare"])
-
-
-def start_modestly(*arguments: str, **options: Any) -> Any:
-    """Run :func:`serve` in another process; on Windows one of low priority."""
+def start_modestly(module: str, *arguments: str, **options: Any) -> Any:
+    """Have a module serve in another process; on Windows one of low priority."""
     flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)
-    return start(HERE, *arguments, text=True, creationflags=flags, **options)
+    return start(module, *arguments, text=True, creationflags=flags, **options)
 
 
 class Preparation:
@@ -56,6 +36,7 @@ class Preparation:
     def __init__(self, package: str, kernels: str, python: str = sys.executable) -> None:
         self.text = "0 of 1: starting"
         self.process = start_modestly(
+            "addon.command.main", "prepare", "--modestly",
             python=python, package=package, kernels=kernels,
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
         )  # fmt: skip

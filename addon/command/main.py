@@ -66,6 +66,11 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
+def serve(*arguments: str) -> int:
+    """Run the command line in a process that another one has started."""
+    return main(arguments)
+
+
 def main(
     argv: Sequence[str] | None = None,
     open_file: OpenFile | None = None,

@@ -25,7 +25,7 @@ from ...core.kernel_cache import cache_directory
 from ...core.kernels import has_numba
 from ...core.parallel import core_count
 from ...core.progress import SILENT
-from ..preparing import WORKER, start_modestly
+from ..preparing import start_modestly
 from .arguments import OpenFile
 from .output import (
     SOME_MISSING,
@@ -67,6 +67,9 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         help="that compile at the same time (default: as many as cores, at most "
         f"{MOST_PROCESSES})",
     )  # fmt: skip
+    parser.add_argument(
+        "--modestly", action="store_true", help="give way to whatever else runs on this machine"
+    )
     parser.set_defaults(run=run)
 
 
@@ -77,6 +80,8 @@ def run(arguments: argparse.Namespace, open_file: OpenFile | None) -> int:
     if not has_numba():
         say(arguments, "there is no Numba here, so nothing to compile")
         return 0
+    if arguments.modestly and hasattr(os, "nice"):
+        os.nice(19)  # those that help are as modest
     steps = list(parts())
     failed = (work_alone if arguments.processes == 1 else work_together)(arguments, steps)
     # What has failed will again: it is no reason to do all of it at every start.
@@ -172,7 +177,10 @@ class Worker:
 
     def __init__(self) -> None:
         self.process = start_modestly(
-            WORKER, python=self.python, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+            "addon.command.prepare",
+            python=self.python,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
         )
         self.done = 0
 

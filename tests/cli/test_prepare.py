@@ -161,7 +161,7 @@ def test_what_one_name_of_the_package_has_compiled_the_same_name_finds(tmp_path)
     script = tmp_path / "accelscope" / "core" / "another_process.py"
     kernels_in = tmp_path / "kernels"
     name = "bl_ext.user_default.accelscope"
-    command = [sys.executable, str(script), name, str(kernels_in), "addon.preparing"]
+    command = [sys.executable, str(script), name, str(kernels_in), "addon.command.main", "prepare"]
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     known = []
     for _ in range(2):
