@@ -51,7 +51,7 @@ def start(
     Parameters
     ----------
     module : str
-        Within the package (``"addon.preparing"``).
+        Within the package (``"addon.command.main"``).
     *arguments
         For the function.
     python : str

@@ -354,11 +354,7 @@ def call(function: Callable, *arguments: Any) -> Any:
 def announcing(progress: Progress, what: str) -> Iterator[None]:
     """Announce the first compilation that begins while the block runs; otherwise say nothing.
 
-    It may be any thread's of this process, also one that has nothing to do with the block: Numba
-    has one list of listeners. So `what` is a guess where several things are done at once.
-
-    Numba itself tells, at the moment it begins: whether a kernel is in the cache depends on the
-    types it is called with, so nothing that is written down beforehand would always be true.
+    Where several things are done at once, `what` is a guess (:func:`at_first_compilation`).
 
     Parameters
     ----------
@@ -368,24 +364,8 @@ def announcing(progress: Progress, what: str) -> Iterator[None]:
     if not has_numba():
         yield
         return
-    from numba.core import event
-
     fault_before = cache_fault()
-
-    class Announcement(event.Listener):
-        """Hears of every kernel that is not in the cache; speaks once."""
-
-        is_made = False
-
-        def on_start(self, event: Any) -> None:
-            if not self.is_made:
-                self.is_made = True
-                progress.announce(f"compiling {what}, {how_often()}")
-
-        def on_end(self, event: Any) -> None:
-            pass
-
-    with event.install_listener("numba:compile", Announcement()):
+    with at_first_compilation(lambda: progress.announce(f"compiling {what}, {how_often()}")):
         yield
     fault = cache_fault()
     if fault and not fault_before:
@@ -413,30 +393,46 @@ def compiling_beside(work: Callable[..., None], *arguments: Any) -> Iterator[lis
     if alone or _is_plain or not has_numba():
         yield []
         return
-    from numba.core import event
-
     tasks: list[Task] = []
 
-    class Beginning(event.Listener):
-        """Hears of every kernel that is not in the cache; begins once."""
+    def begin() -> None:
+        if is_kept():
+            with contextlib.suppress(CannotHelp):
+                tasks.append(Task(work, *arguments))
 
-        is_made = False
-
-        def on_start(self, event: Any) -> None:
-            if not self.is_made and is_kept():
-                self.is_made = True
-                with contextlib.suppress(CannotHelp):
-                    tasks.append(Task(work, *arguments))
-
-        def on_end(self, event: Any) -> None:
-            pass
-
-    with event.install_listener("numba:compile", Beginning()):
+    with at_first_compilation(begin):
         try:
             yield tasks
         finally:
             for task in tasks:
                 task.stop()
+
+
+@contextlib.contextmanager
+def at_first_compilation(act: Callable[[], object]) -> Iterator[None]:
+    """Do something when Numba compiles the first kernel that it does not find on disk, if it does.
+
+    It may be any thread's of this process, also one that has nothing to do with the block: Numba
+    has one list of listeners. It tells at the moment it begins: what is on disk depends on types,
+    so nothing that is written down beforehand would always be true.
+    """
+    from numba.core import event
+
+    class First(event.Listener):
+        """Acts once."""
+
+        has_acted = False
+
+        def on_start(self, event: Any) -> None:
+            if not self.has_acted:
+                self.has_acted = True
+                act()
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    with event.install_listener("numba:compile", First()):
+        yield
 
 
 def how_often() -> str:

@@ -171,6 +171,8 @@ class Worker:
     ----------
     done : int
         How many parts it has done.
+    python : str
+        The interpreter of all of them.
     """
 
     python = sys.executable
@@ -178,10 +180,8 @@ class Worker:
     def __init__(self) -> None:
         self.process = start_modestly(
             "addon.command.prepare",
-            python=self.python,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-        )
+            python=self.python, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        )  # fmt: skip
         self.done = 0
 
     @property

@@ -91,9 +91,6 @@ CSG_COUNTERS = (
 )  # fmt: skip
 """What is counted within trees."""
 
-ENTER, HAS_LEFT, HAS_BOTH, PHASES = range(4)
-"""What is done with a node when it is taken from the stack."""
-
 
 class Crossings(NamedTuple):
     """Triangles of closed meshes that note where a line crosses them, and are never hit.

@@ -3,31 +3,24 @@
 import os
 import subprocess
 import sys
+import time
 
+import numpy as np
 import pytest
 from accelscope.core import another_process, kernels
 from accelscope.core.kernels import ALONE
 from accelscope.core.parallel import core_count
+from compiled_names import COMPILED
 
-FIRST_USE = """
+FIRST_USE = f"""
 import sys
-from accelscope.core import another_process, kernel_cache
+if len(sys.argv) > 2:
+    sys.executable = sys.argv[2]
+from accelscope.core import kernel_cache
 from accelscope.core.evaluation.records.experiment import warm_up
 from accelscope.core.structures import structure_named
-from numba.core import event
-if len(sys.argv) > 2:
-    another_process.start.__kwdefaults__["python"] = sys.argv[2]
 kernel_cache.set_cache_root(sys.argv[1])
-compiled = []
-
-class Listener(event.Listener):
-    def on_start(self, event):
-        compiled.append(event.data["dispatcher"].py_func.__name__)
-
-    def on_end(self, event):
-        pass
-
-event.register("numba:compile", Listener())
+{COMPILED}
 kind = structure_named("sorted_volumes")
 warm_up(kind, kind.Settings())
 print(len(compiled) > 0, "trace_range" in compiled)
@@ -108,7 +101,14 @@ def test_a_structure_that_only_a_program_knows_is_compiled_by_it(tmp_path):
 
 
 def test_a_task_that_is_stopped_has_ended():
-    task = another_process.Task(print, "nobody reads this")
+    task = another_process.Task(time.sleep, 60.0)
+    begun = time.monotonic()
     task.stop()
-    task.stop()
+    task.stop()  # once more does no harm
     task.wait()
+    assert time.monotonic() - begun < 5.0
+
+
+def test_a_task_is_done_by_another_process_under_the_name_of_the_package(tmp_path):
+    another_process.Task(np.save, tmp_path / "out.npy", np.arange(100_000)).wait()
+    assert np.array_equal(np.load(tmp_path / "out.npy"), np.arange(100_000))

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 from accelscope.core import kernels
+from compiled_names import COMPILED
 
 pytestmark = pytest.mark.skipif(not kernels.has_numba(), reason="nothing is compiled here")
 
@@ -58,19 +59,8 @@ sys.path.insert(0, FOLDER)
 from accelscope.core import kernel_cache
 kernel_cache.set_cache_root(FOLDER + "/kernels")
 import numpy as np
-from numba.core import event
 import toy
 from accelscope.core.kernels import call
-compiled = []
-
-class Listener(event.Listener):
-    def on_start(self, event):
-        compiled.append(event.data["dispatcher"].py_func.__name__)
-
-    def on_end(self, event):
-        pass
-
-event.register("numba:compile", Listener())
 values = np.arange(1.0, 4.0)
 """
 
@@ -78,7 +68,7 @@ values = np.arange(1.0, 4.0)
 def run(folder, code, **environment):
     (folder / "toy.py").write_text(TOY)
     done = subprocess.run(
-        [sys.executable, "-c", HEAD.replace("FOLDER", repr(str(folder))) + code],
+        [sys.executable, "-c", HEAD.replace("FOLDER", repr(str(folder))) + COMPILED + code],
         capture_output=True, text=True, check=False, env={**os.environ, **environment},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]
