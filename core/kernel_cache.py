@@ -5,7 +5,7 @@ versions that nobody uses any more, is said here. Numba's cache does not notice 
 another file, so the directory's name carries a hash of all of core's sources, but for lessons and
 evaluation, which have no kernels, and of Numba's version.
 
-Compiled kernels are not part of the zips. To ship them would take, beside 28 MB for each version of
+Compiled kernels are not part of the zips. To ship them would take, beside 59 MB for each version of
 Python: a processor to compile for that all have (Numba's ``NUMBA_CPU_NAME`` and its features, which
 are part of the key under which it looks), keys without the path of the installation and the time of
 its files, the exact build of Python and Numba in the fingerprint, and a trial on every start that

@@ -122,7 +122,7 @@ class TellParts(AnalysisPass):
     _name = "tell_parts"
 
     def __init__(self) -> None:
-        """Take nothing; that it is written down is asked for."""
+        """Do nothing: Numba wants every pass to have one of its own."""
         super().__init__()
 
     def run_pass(self, state: Any) -> bool:

@@ -113,6 +113,10 @@ def build(
     return Built(structure, time.perf_counter() - start, is_plain())
 
 
+OVER = {Mixed: " over solids", Csg: " over trees of solids", Instanced: " over instances"}
+"""What is said when kernels are compiled for other items than triangles."""
+
+
 def warm_up(
     structure_type: type[Structure],
     settings: Any,
@@ -142,7 +146,8 @@ def warm_up(
     # What refuses other items than triangles will say so of the scene itself.
     refusing = contextlib.nullcontext() if is_triangles(tiny) else contextlib.suppress(InputError)
     beside = compiling_beside(compile_tracing, structure_type, choices, tiny, rays)
-    with announcing(progress, structure_type.name), refusing, beside as tasks:
+    what = structure_type.name + OVER.get(type(tiny.geometry), "")
+    with announcing(progress, what), refusing, beside as tasks:
         structure = structure_type.build(tiny, structure_type.Settings(**choices))
         if tasks:
             structure.statistics()
